@@ -1,0 +1,161 @@
+//! The words that every room uses: what can be asked of a frame. Imports nothing of the engine.
+
+use std::fmt;
+
+/// Which shader stage generates the shell's geometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// Mesh where the device has it, else geometry.
+    #[default]
+    Auto,
+    /// `VK_EXT_mesh_shader`.
+    Mesh,
+    /// The classic geometry stage.
+    Geometry,
+}
+
+/// How the displaced detail is bounded by geometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Shell {
+    /// The best shell this build has: [`Shell::Prism`].
+    #[default]
+    Auto,
+    /// The base surface only: classic parallax in its tangent plane.
+    Off,
+    /// Every displaced triangle becomes a prism; the fragment clips its ray to it.
+    Prism,
+}
+
+/// How a ray finds the height field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum March {
+    /// Neither displaced nor shaded by the height map.
+    None,
+    /// The base surface, shaded with the normal of the height map.
+    Normal,
+    /// Linear search, then one linear interpolation of the last two samples (Tatarchuk 2006).
+    Pom,
+    /// Linear search, then bisection (Policarpo, Oliveira and Comba 2005).
+    Relief,
+}
+
+impl March {
+    /// Whether the march follows a ray at all; a shell needs one that does.
+    pub fn traces(self) -> bool {
+        matches!(self, March::Pom | March::Relief)
+    }
+}
+
+/// What removes fragments of a base surface whose ray has left it. A shell needs neither.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Silhouette {
+    /// Nothing is removed.
+    #[default]
+    None,
+    /// Fragments whose displaced UV lies outside the primitive's UV bounds.
+    UvBounds,
+}
+
+/// Shadows that the height field casts on itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SelfShadow {
+    /// None.
+    #[default]
+    Off,
+    /// A second march toward the light, lit or dark.
+    Hard,
+}
+
+/// How closely the validation layer looks. Any message of it fails the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Validation {
+    /// The layer is not loaded.
+    Off,
+    /// Core checks.
+    Core,
+    /// Core and synchronization checks.
+    Sync,
+}
+
+impl Default for Validation {
+    fn default() -> Self {
+        if cfg!(debug_assertions) { Validation::Core } else { Validation::Off }
+    }
+}
+
+/// Everything that decides how a scene is drawn, after the command line's defaults are resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Shell geometry's stage.
+    pub stage: Stage,
+    /// Shell or base surface.
+    pub shell: Shell,
+    /// The search along the ray.
+    pub march: March,
+    /// Fewest linear steps: of a ray that looks straight down (base surface), of a prism (shell).
+    pub min_steps: u32,
+    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell).
+    pub max_steps: u32,
+    /// Bisections after the linear search of [`March::Relief`].
+    pub refine_steps: u32,
+    /// Clipping of base surfaces.
+    pub silhouette: Silhouette,
+    /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
+    pub depth_offset: bool,
+    /// Self-shadowing.
+    pub self_shadow: SelfShadow,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            stage: Stage::Auto,
+            shell: Shell::Auto,
+            march: March::Relief,
+            min_steps: 8,
+            max_steps: 64,
+            refine_steps: 8,
+            silhouette: Silhouette::None,
+            depth_offset: true,
+            self_shadow: SelfShadow::Off,
+        }
+    }
+}
+
+impl Settings {
+    /// The shell that [`Shell::Auto`] stands for in this build.
+    pub fn resolved_shell(&self) -> Shell {
+        match self.shell {
+            Shell::Auto => Shell::Prism,
+            other => other,
+        }
+    }
+}
+
+/// Names as the command line spells them.
+macro_rules! names {
+    ($type:ty { $($variant:ident = $name:literal),* $(,)? }) => {
+        impl $type {
+            /// Every value, in the command line's order.
+            pub const ALL: &'static [$type] = &[$(<$type>::$variant),*];
+
+            /// The name on the command line.
+            pub fn name(self) -> &'static str {
+                match self { $(<$type>::$variant => $name),* }
+            }
+        }
+
+        impl fmt::Display for $type {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+    };
+}
+
+names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
+names!(Shell { Auto = "auto", Off = "off", Prism = "prism" });
+names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief" });
+names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
+names!(SelfShadow { Off = "off", Hard = "hard" });
+names!(Validation { Off = "off", Core = "core", Sync = "sync" });
