@@ -27,7 +27,8 @@ impl Weld {
         let mut known = HashMap::new();
         let mut id_at = |p: glam::Vec3| {
             let next = known.len();
-            *known.entry(p.to_array().map(f32::to_bits)).or_insert(next)
+            // -0 and 0 are one position.
+            *known.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert(next)
         };
         let ids: Vec<Vec<usize>> =
             mesh.primitives.iter().map(|p| p.positions.iter().map(|x| id_at(*x)).collect()).collect();

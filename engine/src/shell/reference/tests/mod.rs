@@ -1,5 +1,6 @@
 //! Scenes built in memory, and the tests of the whole tracer.
 
+mod brute_force;
 mod closed_form;
 mod micro_mesh;
 mod seams;
