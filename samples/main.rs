@@ -1,2 +1,7 @@
-//! The `prism` command.
+//! The `prism` command: the list of samples.
+
+mod app;
+mod prism_shell;
+mod viewer;
+
 fn main() {}

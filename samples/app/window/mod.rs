@@ -1,0 +1,4 @@
+//! w
+pub mod clock;
+pub mod input;
+pub mod orbit;
