@@ -4,4 +4,6 @@ mod app;
 mod prism_shell;
 mod viewer;
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    app::main(&[&prism_shell::PrismShell, &viewer::Viewer])
+}

@@ -158,11 +158,13 @@ pub struct LookArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    /// The eye, world units [default: the scene's camera, else one that frames the scene]
+    /// The eye, world units; alone, it moves the camera without turning it
+    /// [default: the scene's camera, else one that frames the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
 
-    /// The point looked at, world units [default: the scene's camera, else one that frames the scene]
+    /// The point looked at, world units; alone, it turns the camera where it stands
+    /// [default: the scene's camera, else one that frames the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub target: Option<[f64; 3]>,
 
