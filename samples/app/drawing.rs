@@ -2,7 +2,7 @@
 
 use prism_engine::{
     error::Result,
-    gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers},
+    gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{self, Features, Output, Renderer},
     scene::Scene,
     settings::Settings,
@@ -15,7 +15,6 @@ use super::{
     stats,
     timings::{self, FrameRow, PassRow},
 };
-use prism_engine::gpu::ShaderCompiler;
 
 /// More passes than any frame of this build has.
 const MAX_PASSES: usize = 16;
@@ -106,12 +105,12 @@ impl<'a> Drawing<'a> {
         Ok(())
     }
 
-    /// Records frame `number` in a slot whose last frame has run.
+    /// Records a frame in a slot whose last frame has run. With a number and a time it is measured as that frame.
     pub fn record(
         &mut self,
         cmd: &mut CommandEncoder,
         slot: usize,
-        (number, time): (u64, f64),
+        measured: Option<(u64, f64)>,
         moment: &Moment,
         target: &Image,
     ) -> Result<()> {
@@ -119,8 +118,9 @@ impl<'a> Drawing<'a> {
         for &(instance, transform) in &moment.transforms {
             self.renderer.set_instance_transform(instance, transform);
         }
-        self.pending[slot] = Some((number, time));
-        self.renderer.record(cmd, slot, &moment.pose.camera, target, self.timers.as_mut())
+        self.pending[slot] = measured;
+        let timers = self.timers.as_mut().filter(|_| measured.is_some());
+        self.renderer.record(cmd, slot, &moment.pose.camera, target, timers)
     }
 
     /// Keeps the measurements of the slot's last frame, which has run.

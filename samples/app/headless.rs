@@ -47,7 +47,7 @@ fn draw(job: &Job<'_>, scene: Scene, start: Pose, ctx: Context) -> Result<()> {
         let mut frame = frames.begin()?;
         let slot = frame.slot();
         picture.prepare(&mut frame.cmd);
-        drawing.record(&mut frame.cmd, slot, (number, time), &moment, picture.image())?;
+        drawing.record(&mut frame.cmd, slot, Some((number, time)), &moment, picture.image())?;
         // One after the other: frames that overlap would be timed together.
         frames.submit_and_wait(frame)?;
         progress.inc(1);
