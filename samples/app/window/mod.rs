@@ -104,7 +104,7 @@ impl ApplicationHandler for App<'_> {
                 shown.occluded(hidden);
                 Ok(After::Redraw)
             }),
-            WindowEvent::RedrawRequested => self.with_shown(events, Shown::draw),
+            WindowEvent::RedrawRequested => self.with_shown(events, |shown| shown.draw()),
             _ => {}
         }
     }

@@ -6,7 +6,6 @@ use std::{
     time::Instant,
 };
 
-use glam::DVec2;
 use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
