@@ -232,7 +232,10 @@ impl Default for Size {
 }
 
 /// A parser of the words that the engine gives its settings, so that they stand once.
-fn words<T: Copy + Send + Sync + 'static>(all: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T> {
+fn words<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(all.iter().map(|&value| name(value)))
         .try_map(move |word| all.iter().copied().find(|&value| name(value) == word).ok_or("unknown word"))
 }
@@ -294,10 +297,28 @@ mod tests {
     #[test]
     fn wrong_values_are_usage_errors() {
         for wrong in [
-            "--size 0x0", "--size 640", "--size 640x", "--size -1x4", "--frames 0", "--frames -1",
-            "--eye 1,2", "--eye nan,0,0", "--eye inf,0,0", "--fov-y 0", "--fov-y 180", "--fov-y -10", "--fov-y nan",
-            "--time-step -0.1", "--min-steps 0", "--max-steps 5000", "--march exact", "--shell walk", "--stage task",
-            "--depth-offset maybe", "--validation gpu", "--msaa 4",
+            "--size 0x0",
+            "--size 640",
+            "--size 640x",
+            "--size -1x4",
+            "--frames 0",
+            "--frames -1",
+            "--eye 1,2",
+            "--eye nan,0,0",
+            "--eye inf,0,0",
+            "--fov-y 0",
+            "--fov-y 180",
+            "--fov-y -10",
+            "--fov-y nan",
+            "--time-step -0.1",
+            "--min-steps 0",
+            "--max-steps 5000",
+            "--march exact",
+            "--shell walk",
+            "--stage task",
+            "--depth-offset maybe",
+            "--validation gpu",
+            "--msaa 4",
         ] {
             let error = run(wrong).expect_err(wrong);
             assert_eq!(error.exit_code(), 2, "{wrong}");

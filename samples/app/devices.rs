@@ -37,7 +37,8 @@ fn describe(report: &DeviceReport) -> String {
     let mut text = format!("{index}  {name}\n   {kind}, Vulkan {api_version}, {}\n   {verdict}\n", driver.trim());
     if report.rejected.is_none() {
         text += &format!("   has: {}\n   lacks: {}\n", named(true), named(false));
-        let stage = |(feature, has): &(Feature, bool)| *has && matches!(feature, Feature::MeshShader | Feature::GeometryShader);
+        let stage =
+            |(feature, has): &(Feature, bool)| *has && matches!(feature, Feature::MeshShader | Feature::GeometryShader);
         if !report.features.iter().any(stage) {
             text += "   neither mesh nor geometry stage: only --shell off can be drawn\n";
         }

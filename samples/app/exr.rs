@@ -80,8 +80,20 @@ mod tests {
         assert_eq!((width, height), (3, 40));
         let names: Vec<&str> = channels.keys().map(String::as_str).collect();
         let mut expected = [
-            "R", "G", "B", "depth.Z", "position.X", "position.Y", "position.Z", "normal.X", "normal.Y", "normal.Z",
-            "uv.U", "uv.V", "height.H", "shadow.S",
+            "R",
+            "G",
+            "B",
+            "depth.Z",
+            "position.X",
+            "position.Y",
+            "position.Z",
+            "normal.X",
+            "normal.Y",
+            "normal.Z",
+            "uv.U",
+            "uv.V",
+            "height.H",
+            "shadow.S",
         ];
         expected.sort();
         assert_eq!(names, expected);

@@ -39,7 +39,12 @@ pub fn main(samples: &[&dyn Sample]) -> ExitCode {
     // Wrong words end here, with clap's own message and exit code 2; so does `--help`, with 0.
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_env("PRISM_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false)
+        .init();
     match dispatch(cli.command, samples) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -62,8 +67,8 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
 }
 
 fn draw(job: &Job<'_>) -> Result<()> {
-    #[cfg(feature = "window")]
     if job.window {
+        #[cfg(feature = "window")]
         return window::run(job);
     }
     headless::run(job)

@@ -105,7 +105,8 @@ mod tests {
     use super::*;
 
     fn frame(frame: u64, ms: Option<f64>) -> FrameRow {
-        let row = |pass: &str| PassRow { pass: pass.into(), gpu_ms: ms, invocations: Some(7 + frame), primitives: None };
+        let row =
+            |pass: &str| PassRow { pass: pass.into(), gpu_ms: ms, invocations: Some(7 + frame), primitives: None };
         FrameRow { frame, time: frame as f64 * 0.5, passes: vec![row("shell"), row("tone, map")] }
     }
 

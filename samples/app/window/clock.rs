@@ -106,8 +106,7 @@ mod tests {
     #[test]
     fn the_pace_is_the_mean_of_half_a_second() {
         let (start, mut pace) = (Instant::now(), Pace::default());
-        let reports: Vec<f64> =
-            (0..=50).filter_map(|i| pace.frame(start + i * Duration::from_millis(20))).collect();
+        let reports: Vec<f64> = (0..=50).filter_map(|i| pace.frame(start + i * Duration::from_millis(20))).collect();
         assert_eq!(reports.len(), 2);
         assert!(reports.iter().all(|ms| (ms - 20.0).abs() < 1e-9), "{reports:?}");
     }

@@ -4,6 +4,7 @@ mod clock;
 mod input;
 mod orbit;
 mod shown;
+mod switch;
 
 use prism_engine::{
     error::{Error, Result},
@@ -31,7 +32,8 @@ pub fn run(job: &Job<'_>) -> Result<()> {
     // Nothing is drawn unless something changes; a frame that moves asks for the next one.
     events.set_control_flow(ControlFlow::Wait);
     let (scene, start) = load::load(job)?;
-    let mut app = App { job, scene: Some((scene, start)), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
+    let mut app =
+        App { job, scene: Some((scene, start)), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
     let ended = events.run_app(&mut app);
     app.outcome?;
     ended.map_err(event_loop_failed)?;
