@@ -1,0 +1,94 @@
+"""The scenes: what stands where, with which map, seen from where."""
+
+import maps_terrain
+import shapes
+from gltf import Scene, turn
+from image import linear
+
+EXAGGERATION = 4.0  # of the terrain's heights
+
+
+def one(name, mesh, material, eye, target, fov, sun):
+    s = Scene(name)
+    s.node(name=name, mesh=s.mesh(name, s.geometry(mesh), s.displaced(**material)))
+    s.camera(eye, target, fov)
+    s.sun(sun)
+    return s
+
+
+def prism_shell():
+    """A cobbled ring, sunk into a brick floor; a plain ball fills the ring, two more lie in the floor."""
+    s = Scene("prism_shell")
+    bricks = s.displaced("bricks", 0.08, 1.0)
+    cobbles = s.displaced("cobbles", 0.10, 0.5)
+    teal = s.plain("teal glaze", linear("#1d6b73"), 0.28)
+    amber = s.plain("amber glaze", linear("#c98a2b"), 0.32)
+    ivory = s.plain("ivory", linear("#d9d2c3"), 0.45)
+    ball = s.geometry(shapes.sphere())
+    floor = s.geometry(shapes.sheet((0, 0, 0), (4.0, 0, 0), (0, 0, 4.0), (4, 4)))
+    ring = s.geometry(shapes.torus())
+    s.node(name="floor", mesh=s.mesh("floor", floor, bricks))
+    s.node(name="ring", mesh=s.mesh("ring", ring, cobbles), translation=[0.0, 1.22, 0.0], rotation=turn((1, 0, 0), 62))
+    s.node(name="ball in the ring", mesh=s.mesh("teal ball", ball, teal), translation=[0.05, 1.24, 0.02], scale=[0.70] * 3)
+    s.node(name="amber ball", mesh=s.mesh("amber ball", ball, amber), translation=[1.42, 0.20, 0.92], scale=[0.36] * 3)
+    s.node(name="ivory ball", mesh=s.mesh("ivory ball", ball, ivory), translation=[-1.22, 0.10, 0.98], scale=[0.26] * 3)
+    s.camera((1.6, 2.45, 5.1), (0.04, 1.0, 0.0), 36)
+    s.sun((-0.75, 0.95, 0.62))
+    return s
+
+
+def make():
+    width, depth, relief = maps_terrain.extent()
+    unit = max(width, depth) / 2
+    ground = shapes.sheet((0, 0, 0), (width / 2 / unit, 0, 0), (0, 0, depth / 2 / unit), (1, 1), 2, 2)
+    scale = round(EXAGGERATION * relief / unit, 6)
+    return [
+        prism_shell(),
+        one("torus", shapes.torus(), dict(maps="cobbles", scale=0.08, midlevel=0.5), (1.6, 2.05, 2.9), (0.0, -0.2, 0), 36, (-0.75, 0.85, 0.6)),
+        one(
+            "suzanne",
+            shapes.suzanne(),
+            dict(maps="cobbles", scale=0.05, midlevel=0.5, tiling=(4, 4)),
+            (1.1, 0.5, 4.05),
+            (0.1, -0.07, 0.1),
+            34,
+            (-0.6, 0.7, 0.75),
+        ),
+        one(
+            "stack",
+            shapes.stack(),
+            dict(maps="rock", scale=0.14, midlevel=0.5),
+            (1.6, 1.5, 4.6),
+            (0, 1.04, 0),
+            34,
+            (-0.7, 0.6, 0.7),
+        ),
+        one("cube", shapes.cube(), dict(maps="bricks", scale=0.12, midlevel=0.5), (2.7, 2.2, 4.4), (-0.03, -0.16, 0), 34, (-0.45, 0.9, 0.8)),
+        one(
+            "cloth",
+            shapes.cloth(),
+            dict(maps="cloth", scale=0.04, midlevel=0.5, double_sided=True),
+            (1.5, 0.7, 3.7),
+            (0.13, -0.03, 0),
+            36,
+            (-0.9, 0.75, 0.6),
+        ),
+        one(
+            "plane",
+            shapes.sheet((0, 0, 0), (1, 0, 0), (0, 0, 1)),
+            dict(maps="bricks", scale=0.12, midlevel=1.0),
+            (1.0, 1.25, 2.3),
+            (-0.14, -0.22, 0.12),
+            40,
+            (-0.8, 0.6, 0.45),
+        ),
+        one(
+            "terrain",
+            ground,
+            dict(maps="terrain", scale=scale, midlevel=0.0, clamp=True, orm=False, roughness=0.95),
+            (1.0, 1.5, 2.4),
+            (-0.09, -0.09, 0.15),
+            38,
+            (-0.85, 0.55, -0.15),
+        ),
+    ]
