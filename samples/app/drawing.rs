@@ -157,10 +157,13 @@ impl<'a> Drawing<'a> {
 }
 
 fn row(pass: PassTime) -> PassRow {
+    let counts = pass.statistics;
+    // Fragments come from primitives: a driver that reports none (lavapipe, for mesh stages) does not count them.
+    let counted = counts.filter(|counts| counts.clipping_invocations > 0 || counts.fragment_invocations == 0);
     PassRow {
         pass: pass.name,
         gpu_ms: pass.gpu_ms,
-        invocations: pass.statistics.map(|counts| counts.fragment_invocations),
-        primitives: pass.statistics.map(|counts| counts.clipping_invocations),
+        invocations: counts.map(|counts| counts.fragment_invocations),
+        primitives: counted.map(|counts| counts.clipping_invocations),
     }
 }
