@@ -7,7 +7,7 @@ use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Valida
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
 #[derive(Debug, Parser)]
-#[command(name = "prism", version, about, after_help = AFTER_HELP)]
+#[command(name = "prism", version, after_help = AFTER_HELP)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -20,9 +20,9 @@ Data go to stdout, notices to stderr. `prism COMMAND --help` has every option an
 PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
-Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera,
-F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or
-middle drag (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
+Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera, \
+F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
+(or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 /// The commands of this build.
 #[derive(Debug, Subcommand)]
@@ -60,7 +60,7 @@ pub struct RunArgs {
     pub frames: Option<u64>,
 
     /// Seconds of the sample's time from one frame to the next
-    /// [default: 0.016666666666666666 headless, the clock's in a window]
+    /// [default: 1/60 headless, the clock's in a window]
     #[arg(long, value_name = "S", value_parser = seconds, allow_hyphen_values = true)]
     pub time_step: Option<f64>,
 
