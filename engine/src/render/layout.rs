@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_shaders_place_every_member_where_rust_does() {
-        let mut compiler = shader_compiler(None).unwrap();
+        let compiler = shader_compiler(None).unwrap();
         let defines = |names: &[&'static str]| -> Vec<(&'static str, String)> {
             names.iter().map(|n| (*n, if n.ends_with("_UV") { "0".into() } else { String::new() })).collect()
         };

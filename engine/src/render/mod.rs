@@ -112,7 +112,7 @@ impl Renderer {
     /// [`Error::Unsupported`] where the device lacks the stage that the settings ask for, or cannot hold an image.
     pub fn new(
         ctx: &Context,
-        compiler: &mut ShaderCompiler,
+        compiler: &ShaderCompiler,
         scene: &Scene,
         settings: &Settings,
         output: Output,
@@ -137,7 +137,7 @@ impl Renderer {
     }
 
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
-    pub fn set_settings(&mut self, compiler: &mut ShaderCompiler, settings: &Settings) -> Result<()> {
+    pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, &self.scene, &plan)?;
@@ -316,7 +316,7 @@ impl Renderer {
         }
     }
 
-    fn pipeline(&self, compiler: &mut ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
+    fn pipeline(&self, compiler: &ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
         let defines = variant.defines();
         let shaders = variant
             .shaders()
