@@ -70,7 +70,7 @@ impl<'a> Drawing<'a> {
         in_flight: usize,
     ) -> Result<Drawing<'a>> {
         let mut compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
-        let renderer = Renderer::new(ctx, &mut compiler, &scene, &job.settings, output)?;
+        let renderer = Renderer::new(ctx, &compiler, &scene, &job.settings, output)?;
         let timers = measures(job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
         let drawing = Drawing {
             job,
@@ -100,7 +100,7 @@ impl<'a> Drawing<'a> {
     /// Draws with other settings from the next frame on; on failure the old ones stay in force.
     #[cfg(feature = "window")]
     pub fn set_settings(&mut self, settings: &prism_engine::settings::Settings) -> Result<()> {
-        self.renderer.set_settings(&mut self.compiler, settings)?;
+        self.renderer.set_settings(&self.compiler, settings)?;
         self.tell_notices();
         Ok(())
     }
