@@ -38,6 +38,13 @@ macro_rules! shared {
             #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
             #[repr(C)]
             pub struct $name { $($(#[$member_doc])* pub $member: $type,)* }
+
+            #[cfg(test)]
+            impl $name {
+                /// Name and offset of each member.
+                const MEMBERS: &'static [(&'static str, usize)] =
+                    &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*];
+            }
         )*
 
         /// The GLSL declarations of all shared structs.
@@ -164,5 +171,69 @@ shared! {
         object: u32,
         /// Prisms of the draw (mesh stage).
         prism_count: u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::gpu::{BlockMember, ShaderStage};
+    use crate::render::shader_compiler;
+
+    /// Compares the members of `prefix` in a block with a struct's; returns how many were there.
+    fn compare(members: &[BlockMember], prefix: &str, expected: &[(&str, usize)]) -> usize {
+        let mut found = BTreeSet::new();
+        for member in members {
+            let Some(name) = member.path.strip_prefix(prefix) else { continue };
+            if let Some((_, offset)) = expected.iter().find(|(n, _)| *n == name.trim_end_matches("[]")) {
+                assert_eq!(member.offset as usize, *offset, "{prefix}{name}");
+                found.insert(name.trim_end_matches("[]"));
+            }
+        }
+        found.len()
+    }
+
+    #[test]
+    fn the_shaders_place_every_member_where_rust_does() {
+        let mut compiler = shader_compiler(None).unwrap();
+        let defines = |names: &[&'static str]| -> Vec<(&'static str, String)> {
+            names.iter().map(|n| (*n, if n.ends_with("_UV") { "0".into() } else { String::new() })).collect()
+        };
+        let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
+        shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
+        shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
+        let mut surface = shell.clone();
+        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        let mut seen = BTreeSet::new();
+        for (path, stage, defines) in [
+            ("render/shell.frag", ShaderStage::Fragment, &shell),
+            ("render/surface.frag", ShaderStage::Fragment, &surface),
+            ("render/shell.mesh", ShaderStage::Mesh, &shell),
+        ] {
+            let shader = compiler.compile(path, stage, defines).unwrap();
+            for block in &shader.reflection.bindings {
+                let (prefix, expected, size) = match block.name.as_str() {
+                    "FrameBlock" => ("frame.", Frame::MEMBERS, None),
+                    "MaterialBlock" => ("material.", Material::MEMBERS, None),
+                    "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
+                    "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
+                    "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
+                    "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
+                    _ => continue,
+                };
+                assert_eq!(compare(&block.members, prefix, expected), expected.len(), "{path}: {}", block.name);
+                if let Some(size) = size {
+                    let array = block.members.iter().find(|m| m.path.starts_with("item")).unwrap();
+                    assert_eq!(array.stride, Some(size as u32), "{path}: {}", block.name);
+                }
+                seen.insert(block.name.clone());
+            }
+            let draw = &shader.reflection.push_constants;
+            assert!(compare(draw, "draw.", Draw::MEMBERS) > 0, "{path}: push constants");
+        }
+        let all = ["FrameBlock", "MaterialBlock", "lights", "objects", "prisms", "vertices"];
+        assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), all);
     }
 }

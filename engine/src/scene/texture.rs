@@ -67,12 +67,13 @@ pub(super) fn transform_in(
     extension.map(parse).transpose()
 }
 
-/// The extension's matrix: translation · rotation · scale, in the column order of its specification's GLSL, where
-/// rotation's first column is (cos, sin).
+/// The extension's matrix: translation · rotation · scale. The rotation is counter-clockwise as seen on the image, whose
+/// v points down: that is what the extension's text and its example say (offset [0, 1], rotation π/2 and scale 1/2 show
+/// the lower left quadrant) and what its viewers do; its GLSL, read in column order, would turn the other way.
 fn matrix(transform: &TextureTransform) -> DAffine2 {
     let offset = DVec2::from(transform.offset.0.map(f64::from));
     let scale = DVec2::from(transform.scale.0.map(f64::from));
-    let rotation = DMat2::from_angle(transform.rotation.0.into());
+    let rotation = DMat2::from_angle(-f64::from(transform.rotation.0));
     DAffine2::from_mat2_translation(rotation * DMat2::from_diagonal(scale), offset)
 }
 
@@ -136,10 +137,19 @@ mod tests {
     #[test]
     fn scale_comes_first_offset_last() {
         let m = transform(r#"{"offset": [0.25, 0.5], "rotation": 1.5707963267948966, "scale": [2, 4]}"#);
-        // (1, 0) → scaled (2, 0) → turned (0, 2) → moved.
-        assert!((m.transform_point2(DVec2::new(1.0, 0.0)) - DVec2::new(0.25, 2.5)).length() < 1e-6);
-        // (0, 1) → scaled (0, 4) → turned (-4, 0) → moved.
-        assert!((m.transform_point2(DVec2::new(0.0, 1.0)) - DVec2::new(-3.75, 0.5)).length() < 1e-6);
+        // (1, 0) → scaled (2, 0) → turned (0, -2) → moved.
+        assert!((m.transform_point2(DVec2::new(1.0, 0.0)) - DVec2::new(0.25, -1.5)).length() < 1e-6);
+        // (0, 1) → scaled (0, 4) → turned (4, 0) → moved.
+        assert!((m.transform_point2(DVec2::new(0.0, 1.0)) - DVec2::new(4.25, 0.5)).length() < 1e-6);
+    }
+
+    #[test]
+    fn the_extension_s_own_example_shows_the_lower_left_quadrant() {
+        let m = transform(r#"{"offset": [0, 1], "rotation": 1.57079632679, "scale": [0.5, 0.5]}"#);
+        for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
+            let uv = m.transform_point2(corner);
+            assert!((-1e-6..=0.5 + 1e-6).contains(&uv.x) && (0.5 - 1e-6..=1.0 + 1e-6).contains(&uv.y), "{uv}");
+        }
     }
 
     #[test]
