@@ -69,7 +69,7 @@ impl<'a> Drawing<'a> {
         output: Output,
         in_flight: usize,
     ) -> Result<Drawing<'a>> {
-        let mut compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
+        let compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
         let renderer = Renderer::new(ctx, &compiler, &scene, &job.settings, output)?;
         let timers = measures(job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
         let drawing = Drawing {
