@@ -123,16 +123,16 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 
-    /// How a ray finds the surface; a shell needs pom or relief [default: relief; pom with --shell off]
+    /// How a ray finds the surface; a shell needs pom, relief or exact [default: exact; pom with --shell off]
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
-    /// Fewest linear steps: of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// Fewest linear steps (not exact): of a ray straight down (base surface), of a prism (shell), 1 to 4096
     /// [default: 8, or --max-steps where that is less]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub min_steps: Option<u32>,
 
-    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// Most linear steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
     /// [default: 64, or --min-steps where that is more]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
@@ -313,7 +313,7 @@ mod tests {
             "--time-step -0.1",
             "--min-steps 0",
             "--max-steps 5000",
-            "--march exact",
+            "--march steep",
             "--shell walk",
             "--stage task",
             "--depth-offset maybe",

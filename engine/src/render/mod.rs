@@ -5,6 +5,7 @@ mod aov;
 mod geometry;
 pub mod layout;
 pub mod plan;
+mod pyramid;
 mod resources;
 pub mod variant;
 pub mod view;
@@ -140,7 +141,7 @@ impl Renderer {
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
-        self.images.complete(&self.ctx, &self.scene, &plan)?;
+        self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
         let primitives = resources::upload(&self.ctx, &self.scene, &plan, settings)?;
         for draw in &plan.draws {
             if !self.pipelines.contains_key(&draw.variant) {
