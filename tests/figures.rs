@@ -44,7 +44,11 @@ const ABOVE_1: f64 = 1e-4;
 const COVERAGE: f64 = 2e-4;
 
 /// Cells that miss a figure for now: scene, figure, why. They are measured and shown like the others, as missed.
-const EXPECTED_MISSES: &[(&str, &str, &str)] = &[];
+const EXPECTED_MISSES: &[(&str, &str, &str)] = &[(
+    "stability_slivers",
+    "above 1",
+    "one small pixel weighs 3e-4; where a ray stays within its level the path in f32 meets a ridge that it really clears",
+)];
 
 /// One cell of the table.
 struct Cell {
@@ -65,8 +69,7 @@ impl Cell {
             ("above 1", m.depth_above_1, ABOVE_1),
             ("coverage", m.coverage_differs, COVERAGE),
         ];
-        // Written so that a NaN misses.
-        let over = limited.into_iter().filter(|(_, value, limit)| !(value <= limit));
+        let over = limited.into_iter().filter(|(_, value, limit)| value > limit || value.is_nan());
         let mut misses: Vec<_> = over.map(|(name, value, _)| (name, format!("{value:.1e}"))).collect();
         if m.nan_count > 0 {
             misses.push(("NaN", m.nan_count.to_string()));
