@@ -13,7 +13,7 @@ use prism_engine::{
 use rig::{Rig, STAGES};
 
 /// Views of each mesh.
-const VIEWS: u64 = 50;
+const VIEWS: u64 = 200;
 const SIZE: [u32; 2] = [64, 64];
 
 /// The scene with every height map flat.
