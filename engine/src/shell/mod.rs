@@ -3,3 +3,4 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod reference;

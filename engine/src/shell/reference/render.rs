@@ -1,0 +1,96 @@
+//! The reference's camera: one ray through each pixel centre, and light visibility.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Hit, Reference};
+use crate::{
+    aov::Aov,
+    scene::{Camera, Light, LightKind, Projection},
+};
+
+/// Shadow rays leave a surface this far from it, in sizes of its triangle: past the rounding of their own root.
+const LIFT_OFF: f64 = 1e-7;
+
+/// Whether [`Reference::render`] follows rays to the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shadows {
+    /// Fill the shadow channel.
+    Trace,
+    /// Leave it lit.
+    Skip,
+}
+
+/// Rays of a camera.
+struct Lens {
+    camera: Camera,
+    size: [f64; 2],
+}
+
+impl Lens {
+    /// The ray through pixel (x, y)'s centre: origin, and a direction of which one unit is one unit of view depth.
+    fn ray(&self, x: usize, y: usize) -> (DVec3, DVec3) {
+        let [width, height] = self.size;
+        // In units of the half height, so that square pixels come from the picture's own aspect ratio.
+        let across = (2.0 * (x as f64 + 0.5) - width) / height;
+        let up = 1.0 - 2.0 * (y as f64 + 0.5) / height;
+        let place = &self.camera.transform;
+        match self.camera.projection {
+            Projection::Perspective { fov_y, .. } => {
+                let half = (0.5 * fov_y).tan();
+                (place.translation, place.transform_vector3(DVec3::new(across * half, up * half, -1.0)))
+            }
+            Projection::Orthographic { y_mag, .. } => {
+                let offset = DVec3::new(across * y_mag, up * y_mag, 0.0);
+                (place.transform_point3(offset), place.transform_vector3(-DVec3::Z))
+            }
+        }
+    }
+
+    /// Near and far plane.
+    fn depths(&self) -> [f64; 2] {
+        match self.camera.projection {
+            Projection::Perspective { near, far, .. } => [near, far.unwrap_or(f64::INFINITY)],
+            Projection::Orthographic { near, far, .. } => [near, far],
+        }
+    }
+}
+
+impl Reference {
+    /// Traces a frame: every channel of [`Aov`] but the colour, which stays 0. One ray per pixel centre, row 0 on top;
+    /// hits nearer than the near plane or farther than a finite far plane do not count.
+    pub fn render(&self, camera: &Camera, width: u32, height: u32, shadows: Shadows) -> Aov {
+        let lens = Lens { camera: *camera, size: [f64::from(width), f64::from(height)] };
+        let light = self.lights.first().filter(|_| shadows == Shadows::Trace);
+        let pixel = |i: usize| {
+            let (origin, direction) = lens.ray(i % width as usize, i / width as usize);
+            let hit = self.first(origin, direction, lens.depths())?;
+            let lit = light.is_none_or(|light| self.lit(&hit, light));
+            Some((hit, lit))
+        };
+        let mut aov = Aov::missed(width, height);
+        let pixels: Vec<Option<(Hit, bool)>> = (0..aov.depth.len()).into_par_iter().map(pixel).collect();
+        for (i, (hit, lit)) in pixels.into_iter().enumerate().filter_map(|(i, p)| Some((i, p?))) {
+            aov.depth[i] = hit.distance as f32;
+            aov.position[i] = hit.position.as_vec3().to_array();
+            aov.normal[i] = hit.normal.as_vec3().to_array();
+            aov.uv[i] = hit.uv.as_vec2().to_array();
+            aov.height_at_hit[i] = hit.height as f32;
+            aov.shadow[i] = if lit { 1.0 } else { 0.0 };
+        }
+        aov
+    }
+
+    /// Whether the light is seen from a hit: it lies on the hit's visible side, and nothing blocks the way. A light's
+    /// cone and range dim it but cast no shadow.
+    pub fn lit(&self, hit: &Hit, light: &Light) -> bool {
+        let (direction, distance) = match light.kind {
+            LightKind::Directional => (-light.direction, f64::INFINITY),
+            LightKind::Point | LightKind::Spot { .. } => {
+                let way = light.position - hit.position;
+                (way.normalize_or_zero(), way.length())
+            }
+        };
+        hit.normal.dot(direction) > 0.0 && !self.blocked(hit.position, direction, [LIFT_OFF * hit.size, distance])
+    }
+}

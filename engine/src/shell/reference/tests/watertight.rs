@@ -1,0 +1,70 @@
+//! No ray slips through a closed surface, and neighbours agree.
+
+use super::*;
+
+#[test]
+fn no_ray_into_a_closed_torus_misses_it() {
+    let scene = scene(torus(24, 12), Some(displacement(0.15, 0.5)), waves(64));
+    let reference = Reference::new(&scene);
+    let surface = &reference.surfaces[0];
+    let mut random = Random(31);
+    for n in 0..20_000 {
+        // A point on the core circle is inside whatever the height; every third ray aims at a shared edge or vertex.
+        let facet = &surface.facets[random.within(0.0, surface.facets.len() as f64) as usize];
+        let along = if n % 3 == 0 { (random.next() * 2.0).floor() } else { random.next() };
+        let t = random.within(-0.07, 0.07);
+        let edge = facet.point([1.0 - along, along, 0.0], t);
+        let angle = edge.y.atan2(edge.x);
+        let core = DVec3::new(angle.cos(), angle.sin(), 0.0);
+        let origin = core + (edge - core) * 20.0;
+        let hit = reference.trace(origin, core - origin, 0.0).expect("the torus is closed");
+        assert!(hit.distance < 1.0);
+        assert!(reference.blocked(core, random.direction(), [0.0, f64::INFINITY]), "a ray out of the core is blocked");
+    }
+}
+
+#[test]
+fn a_ray_along_a_shared_wall_is_seen_by_both_prisms_alike() {
+    let scene = scene(square(), Some(displacement(0.3, 0.5)), waves(16));
+    let reference = Reference::new(&scene);
+    let surface = &reference.surfaces[0];
+    let mut random = Random(37);
+    for _ in 0..2000 {
+        let at = random.within(-0.5, 0.5);
+        let origin = DVec3::new(at, at, 2.0);
+        let slide = random.within(-0.2, 0.2);
+        for direction in [-DVec3::Z, DVec3::new(slide, slide, -1.0)] {
+            let ray = super::super::Ray::new(origin, direction);
+            let accept = super::super::Accept { range: [0.0, f64::INFINITY], both_sides: false };
+            let hits = [0, 1].map(|f| super::super::prism::hit(&ray, &surface.facets, f, &reference.fields, accept));
+            let [Some(a), Some(b)] = hits else { panic!("{origin} {direction}: {hits:?}") };
+            assert!((a.distance - b.distance).abs() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn a_torus_renders_in_time_and_without_holes() {
+    let mut scene = scene(torus(48, 24), Some(displacement(0.1, 0.5)), waves(512));
+    scene.lights = vec![crate::scene::Light {
+        intensity: DVec3::ONE,
+        position: DVec3::ZERO,
+        direction: DVec3::new(-0.3, -0.2, -1.0).normalize(),
+        range: None,
+        kind: crate::scene::LightKind::Directional,
+    }];
+    let started = std::time::Instant::now();
+    let reference = Reference::new(&scene);
+    let built = started.elapsed();
+    let aov = reference.render(&camera(DVec3::new(1.5, -2.2, 2.0), DVec3::ZERO, 0.9), 160, 120, Shadows::Trace);
+    let covered = aov.depth.iter().filter(|z| z.is_finite()).count();
+    let dark = aov.shadow.iter().filter(|s| **s == 0.0).count();
+    println!("built in {built:?}, all in {:?}: {covered} covered, {dark} dark", started.elapsed());
+    assert!(covered > 4000 && dark > 500 && dark < covered);
+    assert!(aov.normal.iter().flatten().chain(aov.uv.iter().flatten()).all(|v| v.is_finite()));
+    // A hole is a missed pixel whose four neighbours are covered.
+    for i in 161..160 * 119 - 1 {
+        let around = [i - 160, i - 1, i + 1, i + 160];
+        assert!(aov.depth[i].is_finite() || around.iter().any(|j| aov.depth[*j] == f32::INFINITY), "a hole at {i}");
+    }
+}
