@@ -30,9 +30,13 @@ fn link_shaderc() {
         return;
     }
     let arch = env::var("CARGO_CFG_TARGET_ARCH").unwrap_or_default();
-    println!("cargo::rustc-link-search=native=/usr/lib/{arch}-linux-gnu");
-    println!("cargo::rustc-link-search=native=/usr/lib");
-    for name in DEBIAN_ARCHIVES {
+    let folders = [format!("/usr/lib/{arch}-linux-gnu"), "/usr/lib".to_owned()];
+    for folder in &folders {
+        println!("cargo::rustc-link-search=native={folder}");
+    }
+    // Newer glslangs have merged some of them into others.
+    let exists = |name: &str| folders.iter().any(|f| Path::new(f).join(format!("lib{name}.a")).exists());
+    for name in DEBIAN_ARCHIVES.into_iter().filter(|name| exists(name)) {
         // Not bundled into our rlib: the final link takes what shaderc still needs, in this order.
         println!("cargo::rustc-link-lib=static:-bundle={name}");
     }

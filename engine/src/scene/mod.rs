@@ -1,4 +1,30 @@
 //! What is drawn: meshes, materials, height maps, instances, cameras, lights. Knows no Vulkan.
+//!
+//! [`load`] reads a glTF file into a [`Scene`]; [`Scene::with_defaults`] adds the camera and the light that it lacks.
+
+mod accessor;
+mod bounds;
+mod camera;
+mod container;
+mod displacement;
+mod document;
+mod height;
+mod image;
+mod import;
+mod light;
+mod material;
+mod mesh;
+mod node;
+mod tangents;
+#[cfg(test)]
+mod tests;
+mod texture;
+mod triangles;
+mod uri;
+mod weld;
+
+pub use camera::frame;
+pub use import::load;
 
 use std::path::PathBuf;
 

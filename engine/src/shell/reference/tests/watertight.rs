@@ -68,3 +68,25 @@ fn a_torus_renders_in_time_and_without_holes() {
         assert!(aov.depth[i].is_finite() || around.iter().any(|j| aov.depth[*j] == f32::INFINITY), "a hole at {i}");
     }
 }
+
+#[test]
+fn a_plane_at_two_degrees_with_cliffs_a_texel_wide_is_covered_to_its_edge() {
+    let cliffs = map(512, 512, |x, y| if (x / 16 + y / 16) % 2 == 0 { 1.0 } else { 0.0 });
+    let reference = Reference::new(&scene(square(), Some(displacement(0.05, 1.0)), cliffs));
+    let (sin, cos) = 2f64.to_radians().sin_cos();
+    let started = std::time::Instant::now();
+    let camera = camera(DVec3::new(0.0, -3.0 * cos, 3.0 * sin), DVec3::ZERO, 0.6);
+    let aov = reference.render(&camera, 160, 120, Shadows::Skip);
+    println!("two degrees: {:?}", started.elapsed());
+    // Detail that goes inward ends at the plane, so every ray that meets the plane well inside its edge ends on a cliff
+    // or a floor.
+    for (i, depth) in aov.depth.iter().enumerate() {
+        let (x, y) = (2.0 * (i % 160) as f64 + 1.0 - 160.0, 120.0 - 2.0 * (i / 160) as f64 - 1.0);
+        let half = 0.3f64.tan() / 120.0;
+        let way = camera.transform.transform_vector3(DVec3::new(x * half, y * half, -1.0));
+        let meets = camera.transform.translation - way * (camera.transform.translation.z / way.z);
+        if way.z < 0.0 && meets.x.abs() < 0.95 && meets.y > -0.95 && meets.y < -0.5 {
+            assert!(depth.is_finite(), "a hole at {meets}");
+        }
+    }
+}

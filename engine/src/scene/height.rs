@@ -1,0 +1,113 @@
+//! Height maps: PNG in, the red channel out, at the file's depth.
+
+use image::DynamicImage;
+
+use super::{HeightMap, HeightTexels};
+
+impl HeightMap {
+    /// The height of one texel, in [0, 1].
+    ///
+    /// # Panics
+    ///
+    /// Where the texel lies outside: wrapping is the sampler's business ([`super::Displacement::wrap`]).
+    pub fn height(&self, x: u32, y: u32) -> f64 {
+        assert!(
+            x < self.width && y < self.height,
+            "texel ({x}, {y}) outside {}×{}",
+            self.width,
+            self.height
+        );
+        let index = y as usize * self.width as usize + x as usize;
+        match &self.texels {
+            HeightTexels::U8(texels) => fraction_u8(texels[index]),
+            HeightTexels::U16(texels) => fraction_u16(texels[index]),
+        }
+    }
+
+    /// The lowest and the highest texel: what bilinear filtering can return lies between them.
+    pub fn min_max(&self) -> (f64, f64) {
+        match &self.texels {
+            HeightTexels::U8(texels) => extremes(texels, fraction_u8),
+            HeightTexels::U16(texels) => extremes(texels, fraction_u16),
+        }
+    }
+}
+
+impl HeightTexels {
+    /// The red channel of a decoded image.
+    pub(super) fn of(image: &DynamicImage) -> Self {
+        // Grey counts as red; the other channels are passed over.
+        let step = usize::from(image.color().channel_count());
+        match image {
+            DynamicImage::ImageLuma16(_)
+            | DynamicImage::ImageLumaA16(_)
+            | DynamicImage::ImageRgb16(_)
+            | DynamicImage::ImageRgba16(_) => {
+                // The decoder has put the samples into the machine's byte order.
+                let sample = |bytes: &[u8]| u16::from_ne_bytes([bytes[0], bytes[1]]);
+                HeightTexels::U16(
+                    image
+                        .as_bytes()
+                        .chunks_exact(2 * step)
+                        .map(sample)
+                        .collect(),
+                )
+            }
+            _ => HeightTexels::U8(image.as_bytes().iter().step_by(step).copied().collect()),
+        }
+    }
+}
+
+fn fraction_u8(value: u8) -> f64 {
+    f64::from(value) / f64::from(u8::MAX)
+}
+
+fn fraction_u16(value: u16) -> f64 {
+    f64::from(value) / f64::from(u16::MAX)
+}
+
+/// Of an image's texels, of which there is at least one: decoders refuse empty images.
+fn extremes<T: Copy + Ord>(texels: &[T], fraction: fn(T) -> f64) -> (f64, f64) {
+    let low = texels.iter().copied().min();
+    let high = texels.iter().copied().max();
+    (low.map_or(0.0, fraction), high.map_or(0.0, fraction))
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{ImageBuffer, Luma, Rgba};
+
+    use super::*;
+
+    fn map(width: u32, texels: HeightTexels) -> HeightMap {
+        HeightMap {
+            name: "test".to_owned(),
+            width,
+            height: 2,
+            texels,
+        }
+    }
+
+    #[test]
+    fn heights_are_fractions_of_the_depth() {
+        let eight = map(2, HeightTexels::U8(vec![0, 51, 255, 102]));
+        assert_eq!(eight.height(1, 0), 0.2);
+        assert_eq!(eight.height(0, 1), 1.0);
+        assert_eq!(eight.min_max(), (0.0, 1.0));
+        let sixteen = map(1, HeightTexels::U16(vec![13107, 26214]));
+        assert_eq!(sixteen.min_max(), (0.2, 0.4));
+    }
+
+    #[test]
+    fn the_red_channel_is_kept_at_its_depth() {
+        let grey = DynamicImage::ImageLuma16(ImageBuffer::from_pixel(1, 1, Luma([0x1234])));
+        assert!(matches!(HeightTexels::of(&grey), HeightTexels::U16(texels) if texels == [0x1234]));
+        let colour =
+            DynamicImage::ImageRgba16(ImageBuffer::from_pixel(2, 1, Rgba([0x4321, 1, 2, 3])));
+        assert!(
+            matches!(HeightTexels::of(&colour), HeightTexels::U16(texels) if texels == [0x4321; 2])
+        );
+        let colour = DynamicImage::ImageRgba8(ImageBuffer::from_pixel(2, 1, Rgba([7, 1, 2, 3])));
+        assert!(matches!(HeightTexels::of(&colour), HeightTexels::U8(texels) if texels == [7; 2]));
+    }
+}
