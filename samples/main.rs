@@ -1,2 +1,9 @@
-//! The `prism` command.
-fn main() {}
+//! The `prism` command: the list of samples.
+
+mod app;
+mod prism_shell;
+mod viewer;
+
+fn main() -> std::process::ExitCode {
+    app::main(&[&prism_shell::PrismShell, &viewer::Viewer])
+}

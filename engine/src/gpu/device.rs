@@ -241,7 +241,7 @@ impl Context {
         self.0.enabled.contains(&feature)
     }
 
-    /// Exactly what was enabled beyond Vulkan 1.3's dynamic rendering and synchronization2.
+    /// Exactly what was enabled beyond what every Vulkan 1.3 device has: dynamic rendering, synchronization2 and maintenance4.
     pub fn enabled_features(&self) -> &[Feature] {
         &self.0.enabled
     }
@@ -424,7 +424,9 @@ fn create_device(
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
     let (core, mut mesh) = feature::to_enable(enabled);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    // Every Vulkan 1.3 device has these. Maintenance4 is for `LocalSizeId`, which glslang writes for SPIR-V 1.6.
+    let mut v13 =
+        vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v13);
     if has_mesh {
         features = features.push_next(&mut mesh);

@@ -2,7 +2,7 @@
 //!
 //! Every resource owns its Vulkan objects, has a debug name, and may be dropped at any time: the deletion queue
 //! destroys it once no recording that could use it is left ([`Ticket`]). Dynamic rendering and synchronization2 are
-//! used throughout; any further feature is enabled only where [`ContextDesc`] asks for it.
+//! used throughout; any feature that a Vulkan 1.3 device may lack is enabled only where [`ContextDesc`] asks for it.
 //!
 //! Two environment variables let tests pretend that a device is lesser than it is:
 //!

@@ -153,7 +153,7 @@ impl Pipeline {
         bind_point: vk::PipelineBindPoint,
     ) -> Result<Self> {
         let doing = || format!("creating pipeline '{name}'");
-        for shader in shaders.iter().filter(|s| s.stage != s.reflection.stage) {
+        if let Some(shader) = shaders.iter().find(|s| s.stage != s.reflection.stage) {
             let cause = format!("{} was asked for as {}, is {}", shader.path, shader.stage, shader.reflection.stage);
             return Err(Error::gpu(doing(), cause));
         }

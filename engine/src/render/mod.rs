@@ -1,1 +1,370 @@
-//! (to be written)
+//! The renderer: a scene and its settings become a plan, the plan becomes pipelines and buffers, and a frame is
+//! recorded into a command buffer that the caller hands over, so that another engine can embed it.
+
+mod aov;
+mod geometry;
+pub mod layout;
+pub mod plan;
+mod resources;
+pub mod variant;
+pub mod view;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DAffine3;
+
+use self::aov::AovTargets;
+use self::plan::{Draw, Plan};
+use self::resources::{Images, Primitive, Slot};
+use self::variant::{Geometry, Variant};
+use self::view::View;
+use crate::aov::Aov;
+use crate::error::{Error, Result};
+use crate::gpu::{
+    Access, Attachment, CommandEncoder, Context, DepthAttachment, DepthState, DescriptorSet, Feature, GraphicsDesc,
+    Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, ShaderCompiler, vk,
+};
+use crate::scene::{Camera, Light, Scene};
+use crate::settings::{Settings, Stage};
+
+/// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
+const PRISMS_PER_GROUP: u32 = 24;
+
+/// Depth: 32 bits, reversed, so that f32's precision near 0 serves the distance.
+const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
+/// Scene-linear colour behind everything, before tone mapping.
+const BACKGROUND: [f32; 4] = [0.05, 0.06, 0.075, 1.0];
+
+/// Device features that a scene needs under given settings.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Without these nothing can be drawn.
+    pub required: Vec<Feature>,
+    /// Used where the device has them.
+    pub optional: Vec<Feature>,
+}
+
+/// The features of `scene` under `settings`. `interactive`: the settings may change while it runs, so both stages are
+/// asked for, neither insisted on.
+pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Features {
+    let mut features = Features::default();
+    if interactive {
+        features.optional.extend([Feature::MeshShader, Feature::GeometryShader]);
+    }
+    if plan::wants_shell(scene, settings) {
+        match settings.stage {
+            Stage::Mesh => features.required.push(Feature::MeshShader),
+            Stage::Geometry => features.required.push(Feature::GeometryShader),
+            Stage::Auto => features.optional.extend([Feature::MeshShader, Feature::GeometryShader]),
+        }
+    }
+    features
+}
+
+/// A compiler that knows the shared structs. `shader_dir`: read shaders from there instead of from this binary.
+pub fn shader_compiler(shader_dir: Option<&Path>) -> Result<ShaderCompiler> {
+    let mut compiler = ShaderCompiler::new(shader_dir, crate::gpu::default_cache_dir().as_deref())?;
+    compiler.provide("layout.glsl", layout::glsl());
+    Ok(compiler)
+}
+
+/// What a renderer draws into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Format of the colour target that each frame brings; an sRGB one, as colours are linear after tone mapping.
+    pub color_format: vk::Format,
+    /// Also write the AOVs, for [`Renderer::read_aov`].
+    pub aov: bool,
+}
+
+/// Draws one scene.
+pub struct Renderer {
+    ctx: Context,
+    scene: Scene,
+    settings: Settings,
+    output: Output,
+    transforms: Vec<DAffine3>,
+    lights: Vec<Light>,
+    plan: Plan,
+    images: Images,
+    primitives: Vec<Primitive>,
+    pipelines: HashMap<Variant, Pipeline>,
+    /// Set 1 of each draw.
+    sets: Vec<DescriptorSet>,
+    slots: Vec<Slot>,
+    targets: Option<Targets>,
+}
+
+/// Images of the picture's size.
+struct Targets {
+    depth: Image,
+    aov: Option<AovTargets>,
+    /// Camera of the last recorded frame: AOV positions are relative to it.
+    camera: glam::DVec3,
+}
+
+impl Renderer {
+    /// Plans `scene` and creates everything the plan names.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where the device lacks the stage that the settings ask for, or cannot hold an image.
+    pub fn new(
+        ctx: &Context,
+        compiler: &mut ShaderCompiler,
+        scene: &Scene,
+        settings: &Settings,
+        output: Output,
+    ) -> Result<Renderer> {
+        let mut renderer = Renderer {
+            ctx: ctx.clone(),
+            scene: scene.clone(),
+            settings: settings.clone(),
+            output,
+            transforms: scene.instances.iter().map(|i| i.transform).collect(),
+            lights: scene.lights.clone(),
+            plan: Plan::default(),
+            images: Images::default(),
+            primitives: Vec::new(),
+            pipelines: HashMap::new(),
+            sets: Vec::new(),
+            slots: Vec::new(),
+            targets: None,
+        };
+        renderer.set_settings(compiler, settings)?;
+        Ok(renderer)
+    }
+
+    /// Plans anew for other settings; images stay. The caller's frames need not be done.
+    pub fn set_settings(&mut self, compiler: &mut ShaderCompiler, settings: &Settings) -> Result<()> {
+        let stage = self.stage_for(settings)?;
+        let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
+        self.images.complete(&self.ctx, &self.scene, &plan)?;
+        let primitives = resources::upload(&self.ctx, &self.scene, &plan, settings)?;
+        for draw in &plan.draws {
+            if !self.pipelines.contains_key(&draw.variant) {
+                let pipeline = self.pipeline(compiler, &draw.variant)?;
+                self.pipelines.insert(draw.variant, pipeline);
+            }
+        }
+        let sets = plan
+            .draws
+            .iter()
+            .map(|draw| {
+                let pipeline = &self.pipelines[&draw.variant];
+                primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, &plan, draw, &self.images)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        self.slots.clear();
+        self.settings = settings.clone();
+        self.plan = plan;
+        self.primitives = primitives;
+        self.sets = sets;
+        Ok(())
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The plan in force.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Moves an instance.
+    pub fn set_instance_transform(&mut self, instance: usize, transform: DAffine3) {
+        self.transforms[instance] = transform;
+    }
+
+    /// Records one frame. `slot` counts the frames in flight: what the frame last recorded with it reads is written
+    /// anew. `target` is in the layout of [`Access::COLOR_WRITE`] before and after.
+    pub fn record(
+        &mut self,
+        cmd: &mut CommandEncoder,
+        slot: usize,
+        camera: &Camera,
+        target: &Image,
+        mut timers: Option<&mut PassTimers>,
+    ) -> Result<()> {
+        let extent = target.extent();
+        let view = View::new(camera, extent);
+        self.resize(extent)?;
+        while self.slots.len() <= slot {
+            let index = self.slots.len();
+            let slot = Slot::new(&self.ctx, index, self.plan.draws.len(), self.lights.len())?;
+            self.slots.push(slot);
+        }
+        let objects: Vec<_> = self
+            .plan
+            .draws
+            .iter()
+            .map(|draw| view.object(&self.transforms[draw.instance], self.primitives[draw.primitive].center))
+            .collect();
+        let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
+        self.slots[slot].write(&view.frame(lights.len()), &objects, &lights)?;
+        for draw in &self.plan.draws {
+            let pipeline = &self.pipelines[&draw.variant];
+            self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline)?;
+        }
+
+        let targets = self.targets.as_mut().expect("resize made them");
+        targets.camera = view.position;
+        cmd.image_barrier(&targets.depth, Access::DEPTH_WRITE.discarded(), Access::DEPTH_WRITE);
+        if let Some(aov) = &targets.aov {
+            aov.begin(cmd);
+        }
+        // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
+        let is_shell = |draw: &Draw| matches!(draw.variant.geometry, Geometry::Shell(_));
+        let (shells, surfaces): (Vec<_>, Vec<_>) =
+            (0..self.plan.draws.len()).partition(|i| is_shell(&self.plan.draws[*i]));
+        let mut clear = true;
+        for (name, draws) in [("surface", surfaces), ("shell", shells)] {
+            // The first pass clears, so a scene without any draw still has one.
+            if draws.is_empty() && (name == "shell" || !self.plan.draws.is_empty()) {
+                continue;
+            }
+            if !clear {
+                cmd.memory_barrier(Access::COLOR_WRITE, Access::COLOR_WRITE);
+                cmd.memory_barrier(Access::DEPTH_WRITE, Access::DEPTH_WRITE);
+            }
+            if let Some(timers) = timers.as_deref_mut() {
+                timers.begin(cmd, slot, name);
+            }
+            self.begin_pass(cmd, name, target, clear);
+            for index in draws {
+                self.record_draw(cmd, slot, index, &self.plan.draws[index]);
+            }
+            cmd.end_rendering();
+            if let Some(timers) = timers.as_deref_mut() {
+                timers.end(cmd);
+            }
+            clear = false;
+        }
+        Ok(())
+    }
+
+    /// Begins a pass over all targets: the frame's first clears them, the next draw on.
+    fn begin_pass(&self, cmd: &mut CommandEncoder, name: &str, target: &Image, clear: bool) {
+        let targets = self.targets.as_ref().expect("made before the first pass");
+        let load = if clear { Load::Clear(BACKGROUND) } else { Load::Keep };
+        let mut color = vec![Attachment { image: target, load, store: true, resolve: None }];
+        if let Some(aov) = &targets.aov {
+            color.extend(aov.attachments(clear));
+        }
+        let depth = DepthAttachment { image: &targets.depth, clear: clear.then_some(0.0), store: true };
+        cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent: target.extent() });
+    }
+
+    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, draw: &Draw) {
+        let pipeline = &self.pipelines[&draw.variant];
+        let primitive = &self.primitives[draw.primitive];
+        cmd.bind_pipeline(pipeline);
+        cmd.bind_set(pipeline, 0, self.slots[slot].set(&draw.variant));
+        cmd.bind_set(pipeline, 1, &self.sets[index]);
+        cmd.push(pipeline, &layout::Draw { object: index as u32, prism_count: draw.range.end });
+        match draw.variant.geometry {
+            Geometry::Surface => {
+                if let Some(indices) = &primitive.indices {
+                    cmd.bind_index_buffer(indices, vk::IndexType::UINT32);
+                    cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
+                }
+            }
+            Geometry::Shell(Stage::Mesh) => cmd.draw_mesh_tasks(draw.range.end.div_ceil(PRISMS_PER_GROUP), 1, 1),
+            Geometry::Shell(_) => cmd.draw(draw.range.end, 1, 0, 0),
+        }
+    }
+
+    /// The AOVs of the last recorded frame, once it has run; [`Output::aov`] must have been asked for.
+    pub fn read_aov(&self) -> Result<Aov> {
+        let targets = self.targets.as_ref().and_then(|t| Some((t.aov.as_ref()?, t.camera)));
+        let (aov, camera) = targets.ok_or_else(|| Error::Usage("no frame with AOVs has been recorded".into()))?;
+        aov.read(&self.ctx, camera)
+    }
+
+    /// The pipelines that a frame binds, by name.
+    pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
+        let mut variants: Vec<Variant> = Vec::new();
+        for draw in &self.plan.draws {
+            if !variants.contains(&draw.variant) {
+                variants.push(draw.variant);
+            }
+        }
+        variants.iter().map(|v| (v.name(), &self.pipelines[v])).collect()
+    }
+
+    /// Mesh or geometry: what the settings ask for, or what the device has.
+    fn stage_for(&self, settings: &Settings) -> Result<Stage> {
+        if !plan::wants_shell(&self.scene, settings) {
+            return Ok(settings.stage);
+        }
+        let lacks = |what: &str| {
+            Error::unsupported(
+                format!("'{}' has no {what}", self.ctx.device_name()),
+                "ask for another --stage, another --gpu, or --shell off",
+            )
+        };
+        match settings.stage {
+            Stage::Mesh if !self.ctx.has(Feature::MeshShader) => Err(lacks("mesh stage")),
+            Stage::Geometry if !self.ctx.has(Feature::GeometryShader) => Err(lacks("geometry stage")),
+            Stage::Auto if self.ctx.has(Feature::MeshShader) => Ok(Stage::Mesh),
+            Stage::Auto if self.ctx.has(Feature::GeometryShader) => Ok(Stage::Geometry),
+            Stage::Auto => Err(lacks("mesh or geometry stage")),
+            asked => Ok(asked),
+        }
+    }
+
+    fn pipeline(&self, compiler: &mut ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
+        let defines = variant.defines();
+        let shaders = variant
+            .shaders()
+            .iter()
+            .map(|(path, stage)| compiler.compile(path, *stage, &defines))
+            .collect::<Result<Vec<_>>>()?;
+        let mut color_formats = vec![self.output.color_format];
+        if self.output.aov {
+            color_formats.extend(AovTargets::FORMATS);
+        }
+        let shell = matches!(variant.geometry, Geometry::Shell(_));
+        let cull = if shell || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
+        let front_face = if variant.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
+        Pipeline::graphics(
+            &self.ctx,
+            &GraphicsDesc {
+                name: &variant.name(),
+                shaders: &shaders.iter().collect::<Vec<_>>(),
+                color_formats: &color_formats,
+                depth_format: Some(DEPTH_FORMAT),
+                depth: DepthState { test: true, write: true, compare: vk::CompareOp::GREATER },
+                cull,
+                front_face,
+                topology: if shell { vk::PrimitiveTopology::POINT_LIST } else { vk::PrimitiveTopology::TRIANGLE_LIST },
+                samples: vk::SampleCountFlags::TYPE_1,
+                polygon_mode: vk::PolygonMode::FILL,
+                blend: false,
+            },
+        )
+    }
+
+    fn resize(&mut self, extent: [u32; 2]) -> Result<()> {
+        if self.targets.as_ref().is_some_and(|t| t.depth.extent() == extent) {
+            return Ok(());
+        }
+        let depth = Image::new(
+            &self.ctx,
+            &ImageDesc {
+                name: "depth",
+                extent,
+                format: DEPTH_FORMAT,
+                mips: 1,
+                samples: vk::SampleCountFlags::TYPE_1,
+                usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            },
+        )?;
+        let aov = self.output.aov.then(|| AovTargets::new(&self.ctx, extent)).transpose()?;
+        self.targets = Some(Targets { depth, aov, camera: glam::DVec3::ZERO });
+        Ok(())
+    }
+}

@@ -38,10 +38,7 @@ struct Shape {
 impl<'a> Buffers<'a> {
     /// No buffer loaded yet.
     pub fn new(doc: &'a Document) -> Self {
-        Buffers {
-            doc,
-            loaded: doc.buffers.iter().map(|_| OnceCell::new()).collect(),
-        }
+        Buffers { doc, loaded: doc.buffers.iter().map(|_| OnceCell::new()).collect() }
     }
 
     /// The bytes of a buffer view that `by` refers to.
@@ -68,58 +65,26 @@ impl<'a> Buffers<'a> {
     }
 
     /// Float vectors that must be stored as such. `purpose` completes "accessor 7 (…)".
-    pub fn floats<const N: usize>(
-        &self,
-        index: Index<json::Accessor>,
-        purpose: &str,
-    ) -> Result<Vec<[f32; N]>> {
-        let shape = Shape {
-            type_: vector(N),
-            components: N,
-            allowed: &[ComponentType::F32],
-            normalized: false,
-        };
+    pub fn floats<const N: usize>(&self, index: Index<json::Accessor>, purpose: &str) -> Result<Vec<[f32; N]>> {
+        let shape = Shape { type_: vector(N), components: N, allowed: &[ComponentType::F32], normalized: false };
         self.read(index, purpose, shape)
     }
 
     /// Float vectors that may be stored as fractions in 8 or 16 bits, as texture coordinates.
-    pub fn fractions<const N: usize>(
-        &self,
-        index: Index<json::Accessor>,
-        purpose: &str,
-    ) -> Result<Vec<[f32; N]>> {
+    pub fn fractions<const N: usize>(&self, index: Index<json::Accessor>, purpose: &str) -> Result<Vec<[f32; N]>> {
         let allowed = &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
-        self.read(
-            index,
-            purpose,
-            Shape {
-                type_: vector(N),
-                components: N,
-                allowed,
-                normalized: true,
-            },
-        )
+        self.read(index, purpose, Shape { type_: vector(N), components: N, allowed, normalized: true })
     }
 
     /// Vertex indices.
     pub fn indices(&self, index: Index<json::Accessor>, purpose: &str) -> Result<Vec<u32>> {
         let allowed = &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
-        let shape = Shape {
-            type_: Type::Scalar,
-            components: 1,
-            allowed,
-            normalized: false,
-        };
+        let shape = Shape { type_: Type::Scalar, components: 1, allowed, normalized: false };
         let (bytes, component) = self.elements(index, purpose, shape)?;
         Ok(bytes.chunks_exact(component.size()).map(unsigned).collect())
     }
 
-    fn read<const N: usize>(
-        &self,
-        index: Index<json::Accessor>,
-        purpose: &str,
-        shape: Shape,
-    ) -> Result<Vec<[f32; N]>> {
+    fn read<const N: usize>(&self, index: Index<json::Accessor>, purpose: &str, shape: Shape) -> Result<Vec<[f32; N]>> {
         let (bytes, component) = self.elements(index, purpose, shape)?;
         let size = component.size();
         let decode = |bytes: &[u8]| match component {
@@ -132,21 +97,13 @@ impl<'a> Buffers<'a> {
     }
 
     /// An accessor's elements, tightly packed, sparse values applied.
-    fn elements(
-        &self,
-        index: Index<json::Accessor>,
-        purpose: &str,
-        shape: Shape,
-    ) -> Result<(Vec<u8>, ComponentType)> {
+    fn elements(&self, index: Index<json::Accessor>, purpose: &str, shape: Shape) -> Result<(Vec<u8>, ComponentType)> {
         let doc = self.doc;
         let object = format!("accessor {} ({purpose})", index.value());
         let accessor = doc.lookup(&doc.accessors, index, "accessor", purpose)?;
         let component = self.component(accessor, &object, shape)?;
         let size = component.size() * shape.components;
-        let Some(count) = usize::try_from(accessor.count.0)
-            .ok()
-            .filter(|count| *count > 0)
-        else {
+        let Some(count) = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0) else {
             let problem = format!("has a count of {}", accessor.count.0);
             return Err(doc.error(object, problem, "give it at least one element"));
         };
@@ -156,13 +113,9 @@ impl<'a> Buffers<'a> {
                 let bytes = self.view(view, &object)?;
                 let offset = accessor.byte_offset.unwrap_or_default();
                 // `view` has looked it up already.
-                let stride = doc.views[view.value()]
-                    .byte_stride
-                    .map_or(size, |stride| stride.0);
+                let stride = doc.views[view.value()].byte_stride.map_or(size, |stride| stride.0);
                 if stride < size || stride > MOST_STRIDE.max(size) {
-                    let problem = format!(
-                        "its buffer view's stride is {stride}, its elements take {size} bytes"
-                    );
+                    let problem = format!("its buffer view's stride is {stride}, its elements take {size} bytes");
                     return Err(doc.error(object, problem, "correct byteStride"));
                 }
                 strided(bytes, offset, stride, size, count).ok_or_else(|| {
@@ -191,12 +144,7 @@ impl<'a> Buffers<'a> {
         Ok((elements, component))
     }
 
-    fn component(
-        &self,
-        accessor: &json::Accessor,
-        object: &str,
-        shape: Shape,
-    ) -> Result<ComponentType> {
+    fn component(&self, accessor: &json::Accessor, object: &str, shape: Shape) -> Result<ComponentType> {
         let wrong = |problem: String| {
             let mend = format!("store it as {:?} of {:?}", shape.type_, shape.allowed);
             self.doc.error(object, problem, mend)
@@ -209,9 +157,7 @@ impl<'a> Buffers<'a> {
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
             Checked::Invalid => {
-                return Err(wrong(
-                    "has a componentType that glTF does not know".to_owned(),
-                ));
+                return Err(wrong("has a componentType that glTF does not know".to_owned()));
             }
         };
         if !shape.allowed.contains(&component) {
@@ -231,48 +177,27 @@ impl<'a> Buffers<'a> {
         size: usize,
     ) -> Result<()> {
         let doc = self.doc;
-        let wrong = |problem: String| {
-            doc.error(
-                object,
-                problem,
-                "correct 'sparse', or export the file again",
-            )
-        };
+        let wrong = |problem: String| doc.error(object, problem, "correct 'sparse', or export the file again");
         let Checked::Valid(component) = sparse.indices.component_type else {
-            return Err(wrong(
-                "its sparse indices have a componentType that is no unsigned integer".to_owned(),
-            ));
+            return Err(wrong("its sparse indices have a componentType that is no unsigned integer".to_owned()));
         };
         let width = component.0.size();
-        let outside = |part: &str| {
-            wrong(format!(
-                "its sparse {part} reach past the end of their buffer view"
-            ))
-        };
+        let outside = |part: &str| wrong(format!("its sparse {part} reach past the end of their buffer view"));
         let part = |view, offset, element: usize| {
-            let length = u64::try_from(element)
-                .ok()
-                .and_then(|element| sparse.count.0.checked_mul(element));
-            self.view(view, object)
-                .map(|bytes| length.and_then(|length| range(bytes, offset, USize64(length))))
+            let length = u64::try_from(element).ok().and_then(|element| sparse.count.0.checked_mul(element));
+            self.view(view, object).map(|bytes| length.and_then(|length| range(bytes, offset, USize64(length))))
         };
-        let indices = part(
-            sparse.indices.buffer_view,
-            sparse.indices.byte_offset,
-            width,
-        )?
-        .ok_or_else(|| outside("indices"))?;
-        let values = part(sparse.values.buffer_view, sparse.values.byte_offset, size)?
-            .ok_or_else(|| outside("values"))?;
+        let indices =
+            part(sparse.indices.buffer_view, sparse.indices.byte_offset, width)?.ok_or_else(|| outside("indices"))?;
+        let values =
+            part(sparse.values.buffer_view, sparse.values.byte_offset, size)?.ok_or_else(|| outside("values"))?;
         for (index, value) in indices.chunks_exact(width).zip(values.chunks_exact(size)) {
             let index = unsigned(index) as usize;
             let count = elements.len() / size;
             match elements.chunks_exact_mut(size).nth(index) {
                 Some(element) => element.copy_from_slice(value),
                 None => {
-                    return Err(wrong(format!(
-                        "its sparse indices name element {index}, it has {count}"
-                    )));
+                    return Err(wrong(format!("its sparse indices name element {index}, it has {count}")));
                 }
             }
         }
@@ -293,11 +218,7 @@ impl<'a> Buffers<'a> {
         range(bytes, USize64(0), self.doc.buffers[index].byte_length).ok_or_else(|| {
             self.doc.error(
                 format!("buffer {index}"),
-                format!(
-                    "has {} bytes, its byteLength is {}",
-                    bytes.len(),
-                    self.doc.buffers[index].byte_length.0
-                ),
+                format!("has {} bytes, its byteLength is {}", bytes.len(), self.doc.buffers[index].byte_length.0),
                 "copy or export the file again",
             )
         })
@@ -308,9 +229,7 @@ impl<'a> Buffers<'a> {
         match (&doc.buffers[index].uri, &doc.bin) {
             (Some(uri), _) => match uri::read(folder(&doc.file), uri) {
                 Ok(bytes) => Ok(Cow::Owned(bytes)),
-                Err(refusal) => {
-                    Err(doc.error(format!("buffer {index}"), refusal.problem, refusal.mend))
-                }
+                Err(refusal) => Err(doc.error(format!("buffer {index}"), refusal.problem, refusal.mend)),
             },
             (None, Some(bin)) if index == 0 => Ok(Cow::Borrowed(bin)),
             _ => Err(doc.error(
@@ -339,25 +258,13 @@ fn vector(components: usize) -> Type {
 }
 
 /// Copies `count` elements into a tight array, or says with `None` that some lie outside.
-fn strided(
-    bytes: &[u8],
-    offset: USize64,
-    stride: usize,
-    size: usize,
-    count: usize,
-) -> Option<Vec<u8>> {
+fn strided(bytes: &[u8], offset: USize64, stride: usize, size: usize, count: usize) -> Option<Vec<u8>> {
     let span = stride.checked_mul(count - 1)?.checked_add(size)?;
     let bytes = range(bytes, offset, USize64::from(span))?;
     if stride == size {
         return Some(bytes.to_vec());
     }
-    Some(
-        bytes
-            .chunks(stride)
-            .flat_map(|element| &element[..size])
-            .copied()
-            .collect(),
-    )
+    Some(bytes.chunks(stride).flat_map(|element| &element[..size]).copied().collect())
 }
 
 /// `length` bytes from `start` on, if they are all there.
@@ -369,8 +276,5 @@ fn range(bytes: &[u8], start: USize64, length: USize64) -> Option<&[u8]> {
 
 /// A little-endian unsigned integer of at most four bytes.
 fn unsigned(bytes: &[u8]) -> u32 {
-    bytes
-        .iter()
-        .rev()
-        .fold(0, |value, &byte| value << 8 | u32::from(byte))
+    bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte))
 }

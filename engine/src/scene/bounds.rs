@@ -9,12 +9,7 @@ impl Scene {
     /// displacement can reach. Nothing where nothing is drawn.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         // Height maps are scanned once, however often their mesh is instanced.
-        let ranges = |mesh: &Mesh| {
-            mesh.primitives
-                .iter()
-                .map(|p| self.displacement_range(p))
-                .collect()
-        };
+        let ranges = |mesh: &Mesh| mesh.primitives.iter().map(|p| self.displacement_range(p)).collect();
         let ranges: Vec<Vec<_>> = self.meshes.iter().map(ranges).collect();
         let mut bounds: Option<(DVec3, DVec3)> = None;
         for instance in &self.instances {
@@ -41,8 +36,7 @@ impl Scene {
         match &self.materials[primitive.material].displacement {
             Some(displacement) => {
                 let (low, high) = self.height_maps[displacement.map].min_max();
-                let t =
-                    |height: f64| (height - displacement.midlevel) * primitive.displacement_scale;
+                let t = |height: f64| (height - displacement.midlevel) * primitive.displacement_scale;
                 (t(low), t(high))
             }
             None => (0.0, 0.0),
@@ -54,13 +48,11 @@ impl Scene {
     pub fn with_defaults(mut self, aspect: f64) -> Scene {
         if self.camera.is_none() {
             self.camera = Some(camera::frame(self.bounds().unwrap_or_default(), aspect));
-            self.notices
-                .push("no camera in the file: one that frames the scene was added".to_owned());
+            self.notices.push("no camera in the file: one that frames the scene was added".to_owned());
         }
         if self.lights.is_empty() {
             self.lights.push(light::default_light());
-            self.notices
-                .push("no light in the file: one directional light was added".to_owned());
+            self.notices.push("no light in the file: one directional light was added".to_owned());
         }
         self
     }

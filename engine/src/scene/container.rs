@@ -27,19 +27,12 @@ pub(super) fn split<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
     if bytes.starts_with(MAGIC) {
         return split_glb(file, bytes);
     }
-    if file
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
-    {
+    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb")) {
         return Err(glb_error(file, "does not start with 'glTF'"));
     }
     // glTF forbids a byte order mark but lets readers pass over it.
     let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    Ok(Container {
-        json,
-        json_object: "JSON",
-        bin: None,
-    })
+    Ok(Container { json, json_object: "JSON", bin: None })
 }
 
 fn split_glb<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
@@ -47,32 +40,20 @@ fn split_glb<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
         return Err(glb_error(file, "ends within its header"));
     };
     if version != 2 {
-        return Err(glb_error(
-            file,
-            &format!("has container version {version}, not 2"),
-        ));
+        return Err(glb_error(file, &format!("has container version {version}, not 2")));
     }
     let length = length as usize;
     let Some(mut rest) = bytes.get(HEADER..length) else {
-        return Err(glb_error(
-            file,
-            &format!("is {} bytes long, its header says {length}", bytes.len()),
-        ));
+        return Err(glb_error(file, &format!("is {} bytes long, its header says {length}", bytes.len())));
     };
 
     let mut chunks = Vec::new();
     while !rest.is_empty() {
         let (Some(size), Some(kind)) = (u32_at(rest, 0), u32_at(rest, 4)) else {
-            return Err(glb_error(
-                file,
-                &format!("ends within the header of chunk {}", chunks.len()),
-            ));
+            return Err(glb_error(file, &format!("ends within the header of chunk {}", chunks.len())));
         };
         let Some(data) = rest[CHUNK_HEADER..].get(..size as usize) else {
-            return Err(glb_error(
-                file,
-                &format!("ends within chunk {}, of {size} bytes", chunks.len()),
-            ));
+            return Err(glb_error(file, &format!("ends within chunk {}, of {size} bytes", chunks.len())));
         };
         chunks.push((kind, data));
         rest = &rest[CHUNK_HEADER + data.len()..];
@@ -83,22 +64,14 @@ fn split_glb<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
         Some(&(CHUNK_JSON, json)) => Ok(Container {
             json,
             json_object: "JSON chunk",
-            bin: chunks
-                .get(1)
-                .filter(|(kind, _)| *kind == CHUNK_BIN)
-                .map(|(_, data)| *data),
+            bin: chunks.get(1).filter(|(kind, _)| *kind == CHUNK_BIN).map(|(_, data)| *data),
         }),
         _ => Err(glb_error(file, "has no JSON as its first chunk")),
     }
 }
 
 fn glb_error(file: &Path, problem: &str) -> Error {
-    Error::input(
-        file,
-        "GLB container",
-        problem,
-        "export or copy the file again",
-    )
+    Error::input(file, "GLB container", problem, "export or copy the file again")
 }
 
 fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {

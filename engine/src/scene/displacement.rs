@@ -21,43 +21,17 @@ pub(super) fn import(
     images: &mut Images,
     notices: &mut Vec<String>,
 ) -> Result<Option<Displacement>> {
-    let extras: Value = serde_json::from_str(extras.get()).map_err(|error| {
-        doc.error(
-            by,
-            format!("its extras cannot be understood ({error})"),
-            "correct them",
-        )
-    })?;
+    let extras: Value = serde_json::from_str(extras.get())
+        .map_err(|error| doc.error(by, format!("its extras cannot be understood ({error})"), "correct them"))?;
     let request = match extras.get("displacement") {
         None | Some(Value::Null) => return Ok(None),
         Some(Value::Object(request)) => request,
         Some(other) => {
-            return Err(wrong_type(
-                doc,
-                by,
-                "extras.displacement",
-                other,
-                "an object",
-            ));
+            return Err(wrong_type(doc, by, "extras.displacement", other, "an object"));
         }
     };
-    let fields = Fields {
-        doc,
-        by,
-        path: "extras.displacement",
-        fields: request,
-    };
-    fields.notice_unknown(
-        &[
-            "texture",
-            "scale",
-            "relative",
-            "midlevel",
-            "border",
-            "procedural",
-        ],
-        notices,
-    );
+    let fields = Fields { doc, by, path: "extras.displacement", fields: request };
+    fields.notice_unknown(&["texture", "scale", "relative", "midlevel", "border", "procedural"], notices);
     let texture = texture(&fields, notices)?;
     let scale = fields.number("scale")?.ok_or_else(|| {
         doc.error(
@@ -113,11 +87,9 @@ fn texture(fields: &Fields, notices: &mut Vec<String>) -> Result<Info> {
             format!("no procedural height function '{name}' is built in yet"),
             "give a height map as 'texture' instead",
         )),
-        (Some(_), Some(_)) => Err(doc.error(
-            by,
-            "its extras.displacement has both 'texture' and 'procedural'",
-            "keep one of them",
-        )),
+        (Some(_), Some(_)) => {
+            Err(doc.error(by, "its extras.displacement has both 'texture' and 'procedural'", "keep one of them"))
+        }
         (None, None) => Err(doc.error(
             by,
             "its extras.displacement has neither 'texture' nor 'procedural'",
@@ -126,48 +98,21 @@ fn texture(fields: &Fields, notices: &mut Vec<String>) -> Result<Info> {
     }
 }
 
-fn texture_info(
-    doc: &Document,
-    by: &str,
-    texture: &Map<String, Value>,
-    notices: &mut Vec<String>,
-) -> Result<Info> {
-    let fields = Fields {
-        doc,
-        by,
-        path: "extras.displacement.texture",
-        fields: texture,
-    };
+fn texture_info(doc: &Document, by: &str, texture: &Map<String, Value>, notices: &mut Vec<String>) -> Result<Info> {
+    let fields = Fields { doc, by, path: "extras.displacement.texture", fields: texture };
     fields.notice_unknown(&["index", "texCoord", "extensions", "extras"], notices);
-    let index = fields.index("index")?.ok_or_else(|| {
-        doc.error(
-            by,
-            "its extras.displacement.texture has no 'index'",
-            "give the texture's index",
-        )
-    })?;
+    let index = fields
+        .index("index")?
+        .ok_or_else(|| doc.error(by, "its extras.displacement.texture has no 'index'", "give the texture's index"))?;
     let tex_coord = fields.index("texCoord")?.unwrap_or(0);
     let extensions = fields.object("extensions")?;
     if let Some(extensions) = extensions {
         let path = "extras.displacement.texture.extensions";
-        Fields {
-            doc,
-            by,
-            path,
-            fields: extensions,
-        }
-        .notice_unknown(&[TRANSFORM], notices);
+        Fields { doc, by, path, fields: extensions }.notice_unknown(&[TRANSFORM], notices);
     }
     let extension = extensions.and_then(|extensions| extensions.get(TRANSFORM));
     let transform = texture::transform_in(doc, by, ROLE, extension)?;
-    Info::new(
-        doc,
-        by,
-        ROLE,
-        Index::new(index),
-        tex_coord,
-        transform.as_ref(),
-    )
+    Info::new(doc, by, ROLE, Index::new(index), tex_coord, transform.as_ref())
 }
 
 /// A JSON object that is read field by field, so that each complaint names its field.
@@ -179,37 +124,22 @@ struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    fn typed<T>(
-        &self,
-        key: &str,
-        wanted: &str,
-        read: impl Fn(&'a Value) -> Option<T>,
-    ) -> Result<Option<T>> {
+    fn typed<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value) -> Option<T>) -> Result<Option<T>> {
         match self.fields.get(key) {
             None => Ok(None),
             Some(value) => match read(value) {
                 Some(read) => Ok(Some(read)),
-                None => Err(wrong_type(
-                    self.doc,
-                    self.by,
-                    &format!("{}.{key}", self.path),
-                    value,
-                    wanted,
-                )),
+                None => Err(wrong_type(self.doc, self.by, &format!("{}.{key}", self.path), value, wanted)),
             },
         }
     }
 
     fn number(&self, key: &str) -> Result<Option<f64>> {
-        self.typed(key, "a finite number", |value| {
-            value.as_f64().filter(|number| number.is_finite())
-        })
+        self.typed(key, "a finite number", |value| value.as_f64().filter(|number| number.is_finite()))
     }
 
     fn index(&self, key: &str) -> Result<Option<u32>> {
-        self.typed(key, "an index", |value| {
-            value.as_u64().and_then(|index| index.try_into().ok())
-        })
+        self.typed(key, "an index", |value| value.as_u64().and_then(|index| index.try_into().ok()))
     }
 
     fn flag(&self, key: &str) -> Result<Option<bool>> {
@@ -225,23 +155,12 @@ impl<'a> Fields<'a> {
     }
 
     fn notice_unknown(&self, known: &[&str], notices: &mut Vec<String>) {
-        for key in self
-            .fields
-            .keys()
-            .filter(|key| !known.contains(&key.as_str()))
-        {
-            notices.push(format!(
-                "{}: {}.{key} is not known and was ignored",
-                self.by, self.path
-            ));
+        for key in self.fields.keys().filter(|key| !known.contains(&key.as_str())) {
+            notices.push(format!("{}: {}.{key} is not known and was ignored", self.by, self.path));
         }
     }
 }
 
 fn wrong_type(doc: &Document, by: &str, path: &str, value: &Value, wanted: &str) -> Error {
-    doc.error(
-        by,
-        format!("its {path} is {value}"),
-        format!("make it {wanted}"),
-    )
+    doc.error(by, format!("its {path} is {value}"), format!("make it {wanted}"))
 }

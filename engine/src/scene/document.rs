@@ -19,10 +19,7 @@ const KNOWN_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_texture_transfo
 /// Top-level lists that are not read, and what that means for the picture.
 const IGNORED_LISTS: [(&str, &str); 2] = [
     ("skins", "skins are ignored: the meshes are drawn unskinned"),
-    (
-        "animations",
-        "animations are ignored: the scene stands still",
-    ),
+    ("animations", "animations are ignored: the scene stands still"),
 ];
 
 /// A parsed file. Indices between its objects are not checked yet.
@@ -55,10 +52,7 @@ impl Document {
         check_version(file, &root)?;
         check_extensions(file, &root, notices)?;
         for (list, notice) in IGNORED_LISTS {
-            if root
-                .get(list)
-                .is_some_and(|list| list.as_array().is_none_or(|list| !list.is_empty()))
-            {
+            if root.get(list).is_some_and(|list| list.as_array().is_none_or(|list| !list.is_empty())) {
                 notices.push(notice.to_owned());
             }
         }
@@ -71,9 +65,10 @@ impl Document {
                 _ => Map::new(),
             });
         let scene = match root.remove("scene") {
-            Some(scene) => Some(serde_json::from_value(scene).map_err(|error| {
-                broken(file, "scene", &format!("is no index of a scene ({error})"))
-            })?),
+            Some(scene) => Some(
+                serde_json::from_value(scene)
+                    .map_err(|error| broken(file, "scene", &format!("is no index of a scene ({error})")))?,
+            ),
             None => None,
         };
         Ok(Document {
@@ -96,31 +91,17 @@ impl Document {
     }
 
     /// An input error of this file.
-    pub fn error(
-        &self,
-        object: impl Into<String>,
-        problem: impl Into<String>,
-        mend: impl Into<String>,
-    ) -> Error {
+    pub fn error(&self, object: impl Into<String>, problem: impl Into<String>, mend: impl Into<String>) -> Error {
         Error::input(&self.file, object, problem, mend)
     }
 
     /// The object behind an index that `by` holds; `kind` is what the list holds.
-    pub fn lookup<'a, T>(
-        &self,
-        list: &'a [T],
-        index: Index<T>,
-        kind: &str,
-        by: &str,
-    ) -> Result<&'a T> {
+    pub fn lookup<'a, T>(&self, list: &'a [T], index: Index<T>, kind: &str, by: &str) -> Result<&'a T> {
         list.get(index.value()).ok_or_else(|| {
             let count = list.len();
             self.error(
                 by,
-                format!(
-                    "refers to {kind} {}, but the file has {count} of them",
-                    index.value()
-                ),
+                format!("refers to {kind} {}, but the file has {count} of them", index.value()),
                 format!("correct the index, or export the file again with that {kind}"),
             )
         })
@@ -128,31 +109,17 @@ impl Document {
 
     /// "material 2 'wall'".
     pub fn material_label(&self, index: usize) -> String {
-        label(
-            "material",
-            index,
-            self.materials
-                .get(index)
-                .and_then(|material| material.name.as_deref()),
-        )
+        label("material", index, self.materials.get(index).and_then(|material| material.name.as_deref()))
     }
 
     /// "mesh 0 'Torus'".
     pub fn mesh_label(&self, index: usize) -> String {
-        label(
-            "mesh",
-            index,
-            self.meshes.get(index).and_then(|mesh| mesh.name.as_deref()),
-        )
+        label("mesh", index, self.meshes.get(index).and_then(|mesh| mesh.name.as_deref()))
     }
 
     /// "node 3 'tower'".
     pub fn node_label(&self, index: usize) -> String {
-        label(
-            "node",
-            index,
-            self.nodes.get(index).and_then(|node| node.name.as_deref()),
-        )
+        label("node", index, self.nodes.get(index).and_then(|node| node.name.as_deref()))
     }
 }
 
@@ -165,31 +132,18 @@ pub(super) fn label(kind: &str, index: usize, name: Option<&str>) -> String {
 }
 
 fn broken(file: &Path, object: &str, problem: &str) -> Error {
-    Error::input(
-        file,
-        object,
-        problem,
-        "correct it, or export the file again",
-    )
+    Error::input(file, object, problem, "correct it, or export the file again")
 }
 
 fn parse_root(file: &Path, container: &container::Container) -> Result<Map<String, Value>> {
     let object = container.json_object;
     match serde_json::from_slice(container.json) {
         Ok(Value::Object(root)) => Ok(root),
-        Ok(_) => Err(broken(
-            file,
-            object,
-            "is no glTF: its top level is no object",
-        )),
+        Ok(_) => Err(broken(file, object, "is no glTF: its top level is no object")),
         Err(error) if error.classify() == Category::Eof => {
             Err(broken(file, object, &format!("ends too early ({error})")))
         }
-        Err(error) => Err(broken(
-            file,
-            object,
-            &format!("is not valid JSON ({error})"),
-        )),
+        Err(error) => Err(broken(file, object, &format!("is not valid JSON ({error})"))),
     }
 }
 
@@ -212,37 +166,25 @@ fn check_version(file: &Path, root: &Map<String, Value>) -> Result<()> {
     Err(Error::input(
         file,
         "asset",
-        format!(
-            "asks for glTF {}, but 2.0 is read",
-            needed.unwrap_or(version)
-        ),
+        format!("asks for glTF {}, but 2.0 is read", needed.unwrap_or(version)),
         "export the file as glTF 2.0",
     ))
 }
 
-fn check_extensions(
-    file: &Path,
-    root: &Map<String, Value>,
-    notices: &mut Vec<String>,
-) -> Result<()> {
+fn check_extensions(file: &Path, root: &Map<String, Value>, notices: &mut Vec<String>) -> Result<()> {
     for name in strings(file, root, "extensionsRequired")? {
         if !KNOWN_EXTENSIONS.contains(&name) {
             return Err(Error::input(
                 file,
                 "extensionsRequired",
                 format!("asks for '{name}', which is not supported"),
-                format!(
-                    "export the file without {name}; supported: {}",
-                    KNOWN_EXTENSIONS.join(", ")
-                ),
+                format!("export the file without {name}; supported: {}", KNOWN_EXTENSIONS.join(", ")),
             ));
         }
     }
     for name in strings(file, root, "extensionsUsed")? {
         if !KNOWN_EXTENSIONS.contains(&name) {
-            notices.push(format!(
-                "extension '{name}' is not supported and was ignored"
-            ));
+            notices.push(format!("extension '{name}' is not supported and was ignored"));
         }
     }
     Ok(())
@@ -258,12 +200,7 @@ fn strings<'a>(file: &Path, root: &'a Map<String, Value>, key: &str) -> Result<V
     }
 }
 
-fn list<T: DeserializeOwned>(
-    file: &Path,
-    root: &mut Map<String, Value>,
-    key: &str,
-    kind: &str,
-) -> Result<Vec<T>> {
+fn list<T: DeserializeOwned>(file: &Path, root: &mut Map<String, Value>, key: &str, kind: &str) -> Result<Vec<T>> {
     let entries = match root.remove(key) {
         None => return Ok(Vec::new()),
         Some(Value::Array(entries)) => entries,
@@ -272,11 +209,7 @@ fn list<T: DeserializeOwned>(
     let parse = |(index, entry): (usize, Value)| {
         let name = entry.get("name").and_then(Value::as_str).map(str::to_owned);
         serde_json::from_value(entry).map_err(|error| {
-            broken(
-                file,
-                &label(kind, index, name.as_deref()),
-                &format!("cannot be understood ({error})"),
-            )
+            broken(file, &label(kind, index, name.as_deref()), &format!("cannot be understood ({error})"))
         })
     };
     entries.into_iter().enumerate().map(parse).collect()

@@ -11,12 +11,7 @@ impl HeightMap {
     ///
     /// Where the texel lies outside: wrapping is the sampler's business ([`super::Displacement::wrap`]).
     pub fn height(&self, x: u32, y: u32) -> f64 {
-        assert!(
-            x < self.width && y < self.height,
-            "texel ({x}, {y}) outside {}×{}",
-            self.width,
-            self.height
-        );
+        assert!(x < self.width && y < self.height, "texel ({x}, {y}) outside {}×{}", self.width, self.height);
         let index = y as usize * self.width as usize + x as usize;
         match &self.texels {
             HeightTexels::U8(texels) => fraction_u8(texels[index]),
@@ -45,13 +40,7 @@ impl HeightTexels {
             | DynamicImage::ImageRgba16(_) => {
                 // The decoder has put the samples into the machine's byte order.
                 let sample = |bytes: &[u8]| u16::from_ne_bytes([bytes[0], bytes[1]]);
-                HeightTexels::U16(
-                    image
-                        .as_bytes()
-                        .chunks_exact(2 * step)
-                        .map(sample)
-                        .collect(),
-                )
+                HeightTexels::U16(image.as_bytes().chunks_exact(2 * step).map(sample).collect())
             }
             _ => HeightTexels::U8(image.as_bytes().iter().step_by(step).copied().collect()),
         }
@@ -80,12 +69,7 @@ mod tests {
     use super::*;
 
     fn map(width: u32, texels: HeightTexels) -> HeightMap {
-        HeightMap {
-            name: "test".to_owned(),
-            width,
-            height: 2,
-            texels,
-        }
+        HeightMap { name: "test".to_owned(), width, height: 2, texels }
     }
 
     #[test]
@@ -102,11 +86,8 @@ mod tests {
     fn the_red_channel_is_kept_at_its_depth() {
         let grey = DynamicImage::ImageLuma16(ImageBuffer::from_pixel(1, 1, Luma([0x1234])));
         assert!(matches!(HeightTexels::of(&grey), HeightTexels::U16(texels) if texels == [0x1234]));
-        let colour =
-            DynamicImage::ImageRgba16(ImageBuffer::from_pixel(2, 1, Rgba([0x4321, 1, 2, 3])));
-        assert!(
-            matches!(HeightTexels::of(&colour), HeightTexels::U16(texels) if texels == [0x4321; 2])
-        );
+        let colour = DynamicImage::ImageRgba16(ImageBuffer::from_pixel(2, 1, Rgba([0x4321, 1, 2, 3])));
+        assert!(matches!(HeightTexels::of(&colour), HeightTexels::U16(texels) if texels == [0x4321; 2]));
         let colour = DynamicImage::ImageRgba8(ImageBuffer::from_pixel(2, 1, Rgba([7, 1, 2, 3])));
         assert!(matches!(HeightTexels::of(&colour), HeightTexels::U8(texels) if texels == [7; 2]));
     }

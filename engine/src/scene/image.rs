@@ -51,9 +51,7 @@ impl<'a> Images<'a> {
         if let Some(&known) = self.color_index.get(&key) {
             return Ok(known);
         }
-        let image = self
-            .decode(index.value(), &[ImageFormat::Png, ImageFormat::Jpeg])?
-            .into_rgba8();
+        let image = self.decode(index.value(), &[ImageFormat::Png, ImageFormat::Jpeg])?.into_rgba8();
         self.colors.push(ColorImage {
             name: self.name(index.value()),
             width: image.width(),
@@ -77,8 +75,7 @@ impl<'a> Images<'a> {
             height: image.height(),
             texels: HeightTexels::of(&image),
         });
-        self.height_index
-            .insert(index.value(), self.heights.len() - 1);
+        self.height_index.insert(index.value(), self.heights.len() - 1);
         Ok(self.heights.len() - 1)
     }
 
@@ -88,22 +85,12 @@ impl<'a> Images<'a> {
         let format = match image::guess_format(&bytes) {
             Ok(format) if allowed.contains(&format) => format,
             other => {
-                let found = other.map_or("is no image that is known".to_owned(), |format| {
-                    format!("is {format:?}")
-                });
-                let height = if allowed.len() == 1 {
-                    " as a height map"
-                } else {
-                    ""
-                };
+                let found = other.map_or("is no image that is known".to_owned(), |format| format!("is {format:?}"));
+                let height = if allowed.len() == 1 { " as a height map" } else { "" };
                 return Err(self.error(
                     index,
                     format!("{found}, which cannot be read{height}"),
-                    if allowed.len() == 1 {
-                        "save it as PNG"
-                    } else {
-                        "save it as PNG or JPEG"
-                    },
+                    if allowed.len() == 1 { "save it as PNG" } else { "save it as PNG or JPEG" },
                 ));
             }
         };
@@ -116,16 +103,10 @@ impl<'a> Images<'a> {
         let image = reader.decode().map_err(|error| {
             let problem = format!("cannot be decoded ({error})");
             match error {
-                image::ImageError::Limits(_) => self.error(
-                    index,
-                    problem,
-                    format!("use at most {MOST_TEXELS_PER_AXIS} texels per axis and 2 GiB"),
-                ),
-                _ => self.error(
-                    index,
-                    problem,
-                    "save it again; it may be truncated or corrupt",
-                ),
+                image::ImageError::Limits(_) => {
+                    self.error(index, problem, format!("use at most {MOST_TEXELS_PER_AXIS} texels per axis and 2 GiB"))
+                }
+                _ => self.error(index, problem, "save it again; it may be truncated or corrupt"),
             }
         })?;
         if image.width() == 0 || image.height() == 0 {
@@ -140,11 +121,7 @@ impl<'a> Images<'a> {
             (Some(uri), _) => uri::read(folder(&self.doc.file), uri)
                 .map_err(|refusal| self.error(index, refusal.problem, refusal.mend)),
             (None, Some(view)) => Ok(self.buffers.view(view, &self.object(index))?.to_vec()),
-            (None, None) => Err(self.error(
-                index,
-                "has neither 'uri' nor 'bufferView'",
-                "give it one of them",
-            )),
+            (None, None) => Err(self.error(index, "has neither 'uri' nor 'bufferView'", "give it one of them")),
         }
     }
 
@@ -162,7 +139,6 @@ impl<'a> Images<'a> {
     fn name(&self, index: usize) -> String {
         let image = &self.doc.images[index];
         let file = image.uri.as_deref().and_then(uri::file_name);
-        file.or_else(|| image.name.clone())
-            .unwrap_or_else(|| format!("image {index}"))
+        file.or_else(|| image.name.clone()).unwrap_or_else(|| format!("image {index}"))
     }
 }

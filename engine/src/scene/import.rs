@@ -30,14 +30,8 @@ use crate::error::{Error, Result};
 /// [`Error::Input`], with the file, the object at fault and the mend. What glTF lets a reader pass over is passed over,
 /// and told in [`Scene::notices`].
 pub fn load(path: &Path) -> Result<Scene> {
-    let bytes = fs::read(path).map_err(|error| {
-        Error::input(
-            path,
-            "scene file",
-            format!("cannot be read ({error})"),
-            "check the path",
-        )
-    })?;
+    let bytes = fs::read(path)
+        .map_err(|error| Error::input(path, "scene file", format!("cannot be read ({error})"), "check the path"))?;
     from_bytes(path, &bytes)
 }
 
@@ -53,40 +47,18 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
     let mut images = Images::new(&doc, &buffers);
     let mut materials = Vec::with_capacity(doc.materials.len() + 1);
     for (index, &used) in use_of.materials.iter().enumerate() {
-        materials.push(material::import(
-            &doc,
-            index,
-            used,
-            &mut images,
-            &mut notices,
-        )?);
+        materials.push(material::import(&doc, index, used, &mut images, &mut notices)?);
     }
     if use_of.default_material {
         materials.push(material::default_material());
     }
 
-    let mut importer = Importer {
-        doc: &doc,
-        buffers: &buffers,
-        materials: &materials,
-        notices: &mut notices,
-    };
+    let mut importer = Importer { doc: &doc, buffers: &buffers, materials: &materials, notices: &mut notices };
     let mut meshes = Vec::with_capacity(doc.meshes.len());
     for (index, &used) in use_of.meshes.iter().enumerate() {
-        let name = doc.meshes[index]
-            .name
-            .clone()
-            .unwrap_or_else(|| format!("mesh {index}"));
-        let (primitives, shell_normals) = if used {
-            importer.mesh(index)?
-        } else {
-            Default::default()
-        };
-        meshes.push(Mesh {
-            name,
-            primitives,
-            shell_normals,
-        });
+        let name = doc.meshes[index].name.clone().unwrap_or_else(|| format!("mesh {index}"));
+        let (primitives, shell_normals) = if used { importer.mesh(index)? } else { Default::default() };
+        meshes.push(Mesh { name, primitives, shell_normals });
     }
     let camera = camera::import(&doc, &reached)?;
     let lights = light::import(&doc, &reached)?;
@@ -103,11 +75,7 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
     })
 }
 
-fn instances(
-    doc: &Document,
-    reached: &[Reached],
-    notices: &mut Vec<String>,
-) -> Result<Vec<Instance>> {
+fn instances(doc: &Document, reached: &[Reached], notices: &mut Vec<String>) -> Result<Vec<Instance>> {
     let mut instances = Vec::new();
     for reached in reached {
         let node = &doc.nodes[reached.node];
@@ -116,10 +84,7 @@ fn instances(
         doc.lookup(&doc.meshes, mesh, "mesh", &label)?;
         match Extent::of(&reached.world.matrix3) {
             Extent::Full => instances.push(Instance {
-                name: node
-                    .name
-                    .clone()
-                    .unwrap_or_else(|| format!("node {}", reached.node)),
+                name: node.name.clone().unwrap_or_else(|| format!("node {}", reached.node)),
                 mesh: mesh.value(),
                 transform: reached.world,
             }),
@@ -173,8 +138,5 @@ impl Use {
 }
 
 fn makes_triangles(mode: &Checked<Mode>) -> bool {
-    matches!(
-        mode,
-        Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
-    )
+    matches!(mode, Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan))
 }

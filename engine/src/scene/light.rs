@@ -30,9 +30,7 @@ pub(super) fn import(doc: &Document, reached: &[Reached]) -> Result<Vec<Light>> 
     let mut lights = Vec::new();
     for reached in sorted {
         let extensions = doc.nodes[reached.node].extensions.as_ref();
-        if let Some(reference) =
-            extensions.and_then(|extensions| extensions.khr_lights_punctual.as_ref())
-        {
+        if let Some(reference) = extensions.and_then(|extensions| extensions.khr_lights_punctual.as_ref()) {
             lights.push(light(doc, reached, reference.light.value())?);
         }
     }
@@ -42,23 +40,10 @@ pub(super) fn import(doc: &Document, reached: &[Reached]) -> Result<Vec<Light>> 
 fn light(doc: &Document, reached: Reached, index: usize) -> Result<Light> {
     let node = doc.node_label(reached.node);
     let Some(light) = doc.lights.get(index) else {
-        let problem = format!(
-            "refers to light {index}, but the file has {} of them",
-            doc.lights.len()
-        );
-        return Err(doc.error(
-            node,
-            problem,
-            "correct the index in its KHR_lights_punctual",
-        ));
+        let problem = format!("refers to light {index}, but the file has {} of them", doc.lights.len());
+        return Err(doc.error(node, problem, "correct the index in its KHR_lights_punctual"));
     };
-    let wrong = |problem: &str| {
-        doc.error(
-            label("light", index, light.name.as_deref()),
-            problem,
-            "correct the light",
-        )
-    };
+    let wrong = |problem: &str| doc.error(label("light", index, light.name.as_deref()), problem, "correct the light");
     let intensity = DVec3::from(light.color.map(f64::from)) * f64::from(light.intensity);
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
         return Err(wrong("its colour or intensity is negative or not finite"));
@@ -71,18 +56,12 @@ fn light(doc: &Document, reached: Reached, index: usize) -> Result<Light> {
         (Checked::Valid(Type::Directional), _) => LightKind::Directional,
         (Checked::Valid(Type::Point), _) => LightKind::Point,
         (Checked::Valid(Type::Spot), Some(spot)) => {
-            let (inner, outer) = (
-                f64::from(spot.inner_cone_angle),
-                f64::from(spot.outer_cone_angle),
-            );
+            let (inner, outer) = (f64::from(spot.inner_cone_angle), f64::from(spot.outer_cone_angle));
             // π/2 rounded to f32 is a hair above π/2.
             if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2 + 1e-6) {
                 return Err(wrong("its cone angles are not 0 ≤ inner < outer ≤ π/2"));
             }
-            LightKind::Spot {
-                inner,
-                outer: outer.min(FRAC_PI_2),
-            }
+            LightKind::Spot { inner, outer: outer.min(FRAC_PI_2) }
         }
         (Checked::Valid(Type::Spot), None) => return Err(wrong("is a spot without 'spot'")),
         (Checked::Invalid, _) => {
@@ -94,11 +73,7 @@ fn light(doc: &Document, reached: Reached, index: usize) -> Result<Light> {
         Some(direction) => direction,
         None if kind == LightKind::Point => DVec3::NEG_Z,
         None => {
-            return Err(doc.error(
-                node,
-                "its light has no direction: the scale is 0",
-                "give it a scale of 1",
-            ));
+            return Err(doc.error(node, "its light has no direction: the scale is 0", "give it a scale of 1"));
         }
     };
     Ok(Light {

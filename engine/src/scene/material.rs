@@ -2,8 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use gltf::json::{
-    self, Index, extensions::texture::TextureTransform, material::AlphaMode, texture,
-    validation::Checked,
+    self, Index, extensions::texture::TextureTransform, material::AlphaMode, texture, validation::Checked,
 };
 
 use super::{
@@ -44,72 +43,39 @@ pub(super) fn import(
 ) -> Result<Material> {
     let source = &doc.materials[index];
     let by = doc.material_label(index);
-    let name = source
-        .name
-        .clone()
-        .unwrap_or_else(|| format!("material {index}"));
+    let name = source.name.clone().unwrap_or_else(|| format!("material {index}"));
     if !used {
-        return Ok(Material {
-            name,
-            ..default_material()
-        });
+        return Ok(Material { name, ..default_material() });
     }
     let pbr = &source.pbr_metallic_roughness;
-    let mut user = User {
-        doc,
-        by: &by,
-        images,
-    };
+    let mut user = User { doc, by: &by, images };
     let normal = match &source.normal_texture {
         Some(normal) => {
-            let extension = normal
-                .extensions
-                .as_ref()
-                .and_then(|extensions| extensions.others.get(TRANSFORM));
+            let extension = normal.extensions.as_ref().and_then(|extensions| extensions.others.get(TRANSFORM));
             let transform = transform_in(doc, &by, "normal texture", extension)?;
             let scale = user.finite("normalTexture.scale", [normal.scale])?[0];
-            let data = user.texture(
-                "normal texture",
-                normal.index,
-                normal.tex_coord,
-                transform.as_ref(),
-                false,
-            )?;
+            let data = user.texture("normal texture", normal.index, normal.tex_coord, transform.as_ref(), false)?;
             Some((data, scale))
         }
         None => None,
     };
     let occlusion = match &source.occlusion_texture {
         Some(occlusion) => {
-            let extension = occlusion
-                .extensions
-                .as_ref()
-                .and_then(|extensions| extensions.others.get(TRANSFORM));
+            let extension = occlusion.extensions.as_ref().and_then(|extensions| extensions.others.get(TRANSFORM));
             let transform = transform_in(doc, &by, "occlusion texture", extension)?;
             let strength = user.finite("occlusionTexture.strength", [occlusion.strength.0])?[0];
-            let data = user.texture(
-                "occlusion texture",
-                occlusion.index,
-                occlusion.tex_coord,
-                transform.as_ref(),
-                false,
-            )?;
+            let data =
+                user.texture("occlusion texture", occlusion.index, occlusion.tex_coord, transform.as_ref(), false)?;
             Some((data, strength))
         }
         None => None,
     };
     let base_color_factor = user.finite("baseColorFactor", pbr.base_color_factor.0)?;
-    let [metallic, roughness] = user.finite(
-        "metallicFactor or roughnessFactor",
-        [pbr.metallic_factor.0, pbr.roughness_factor.0],
-    )?;
+    let [metallic, roughness] =
+        user.finite("metallicFactor or roughnessFactor", [pbr.metallic_factor.0, pbr.roughness_factor.0])?;
     let emissive_factor = user.finite("emissiveFactor", source.emissive_factor.0)?;
     let base_color = user.info("base colour texture", pbr.base_color_texture.as_ref(), true)?;
-    let metallic_roughness = user.info(
-        "metallic-roughness texture",
-        pbr.metallic_roughness_texture.as_ref(),
-        false,
-    )?;
+    let metallic_roughness = user.info("metallic-roughness texture", pbr.metallic_roughness_texture.as_ref(), false)?;
     let emissive = user.info("emissive texture", source.emissive_texture.as_ref(), true)?;
     let alpha_cutoff = alpha_cutoff(source, &user, notices)?;
     let displacement = match &source.extras {
@@ -133,30 +99,20 @@ pub(super) fn import(
     })
 }
 
-fn alpha_cutoff(
-    source: &json::Material,
-    user: &User,
-    notices: &mut Vec<String>,
-) -> Result<Option<f32>> {
+fn alpha_cutoff(source: &json::Material, user: &User, notices: &mut Vec<String>) -> Result<Option<f32>> {
     match source.alpha_mode {
         Checked::Valid(AlphaMode::Opaque) => Ok(None),
         Checked::Valid(AlphaMode::Mask) => {
-            let [cutoff] =
-                user.finite("alphaCutoff", [source.alpha_cutoff.unwrap_or_default().0])?;
+            let [cutoff] = user.finite("alphaCutoff", [source.alpha_cutoff.unwrap_or_default().0])?;
             Ok(Some(cutoff))
         }
         Checked::Valid(AlphaMode::Blend) => {
-            notices.push(format!(
-                "{}: alphaMode BLEND is not supported, it is drawn opaque",
-                user.by
-            ));
+            notices.push(format!("{}: alphaMode BLEND is not supported, it is drawn opaque", user.by));
             Ok(None)
         }
-        Checked::Invalid => Err(user.doc.error(
-            user.by,
-            "its alphaMode is none of glTF's",
-            "use OPAQUE, MASK or BLEND",
-        )),
+        Checked::Invalid => {
+            Err(user.doc.error(user.by, "its alphaMode is none of glTF's", "use OPAQUE, MASK or BLEND"))
+        }
     }
 }
 
@@ -168,19 +124,10 @@ struct User<'a, 'b> {
 }
 
 impl User<'_, '_> {
-    fn info(
-        &mut self,
-        role: &str,
-        info: Option<&texture::Info>,
-        srgb: bool,
-    ) -> Result<Option<TextureRef>> {
+    fn info(&mut self, role: &str, info: Option<&texture::Info>, srgb: bool) -> Result<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
-        let transform = info
-            .extensions
-            .as_ref()
-            .and_then(|extensions| extensions.texture_transform.as_ref());
-        self.texture(role, info.index, info.tex_coord, transform, srgb)
-            .map(Some)
+        let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+        self.texture(role, info.index, info.tex_coord, transform, srgb).map(Some)
     }
 
     fn texture(
@@ -194,12 +141,7 @@ impl User<'_, '_> {
         let info = Info::new(self.doc, self.by, role, index, tex_coord, transform)?;
         let (image, sampler) = resolve(self.doc, self.by, role, info.index)?;
         let image = self.images.color(image, srgb)?;
-        Ok(TextureRef {
-            image,
-            sampler,
-            tex_coord: info.tex_coord,
-            transform: info.transform,
-        })
+        Ok(TextureRef { image, sampler, tex_coord: info.tex_coord, transform: info.transform })
     }
 
     /// JSON has no infinity, but numbers beyond `f32` become it.
@@ -207,10 +149,6 @@ impl User<'_, '_> {
         if values.iter().all(|value| value.is_finite()) {
             return Ok(values);
         }
-        Err(self.doc.error(
-            self.by,
-            format!("its {what} is not finite"),
-            "correct the number",
-        ))
+        Err(self.doc.error(self.by, format!("its {what} is not finite"), "correct the number"))
     }
 }

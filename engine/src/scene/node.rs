@@ -20,11 +20,7 @@ pub(super) struct Reached {
 pub(super) fn walk(doc: &Document) -> Result<Vec<Reached>> {
     let roots = roots(doc, &parents(doc)?)?;
     let mut reached = Vec::new();
-    let mut stack: Vec<_> = roots
-        .into_iter()
-        .rev()
-        .map(|node| (node, DAffine3::IDENTITY))
-        .collect();
+    let mut stack: Vec<_> = roots.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
     let mut seen = vec![false; doc.nodes.len()];
     while let Some((node, parent)) = stack.pop() {
         // No node has two parents and none is its own ancestor, but a scene may list a child or one root twice.
@@ -96,9 +92,7 @@ fn parents(doc: &Document) -> Result<Vec<Option<usize>>> {
         }
     }
     let mut reached = vec![false; doc.nodes.len()];
-    let mut stack: Vec<_> = (0..doc.nodes.len())
-        .filter(|&node| parents[node].is_none())
-        .collect();
+    let mut stack: Vec<_> = (0..doc.nodes.len()).filter(|&node| parents[node].is_none()).collect();
     while let Some(node) = stack.pop() {
         reached[node] = true;
         stack.extend(children(&doc.nodes[node]));
@@ -115,16 +109,11 @@ fn parents(doc: &Document) -> Result<Vec<Option<usize>>> {
 
 fn roots(doc: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
     let (index, scene) = match doc.scene {
-        Some(index) => (
-            index.value(),
-            doc.lookup(&doc.scenes, index, "scene", "scene")?,
-        ),
+        Some(index) => (index.value(), doc.lookup(&doc.scenes, index, "scene", "scene")?),
         None => match doc.scenes.first() {
             Some(scene) => (0, scene),
             None => {
-                return Ok((0..doc.nodes.len())
-                    .filter(|&node| parents[node].is_none())
-                    .collect());
+                return Ok((0..doc.nodes.len()).filter(|&node| parents[node].is_none()).collect());
             }
         },
     };
@@ -138,13 +127,8 @@ fn roots(doc: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
 /// A node's own transform, in f64.
 fn local(doc: &Document, index: usize) -> Result<DAffine3> {
     let node = &doc.nodes[index];
-    let wrong = |problem: &str| {
-        doc.error(
-            doc.node_label(index),
-            problem,
-            "correct it, or apply the transform to the mesh",
-        )
-    };
+    let wrong =
+        |problem: &str| doc.error(doc.node_label(index), problem, "correct it, or apply the transform to the mesh");
     let transform = match &node.matrix {
         Some(columns) => {
             let matrix = DMat4::from_cols_array(&columns.map(f64::from));
@@ -153,20 +137,14 @@ fn local(doc: &Document, index: usize) -> Result<DAffine3> {
                 return Err(wrong("its matrix is not finite"));
             }
             if bottom != glam::DVec4::W {
-                return Err(wrong(
-                    "its matrix is not affine: the fourth row is not 0 0 0 1",
-                ));
+                return Err(wrong("its matrix is not affine: the fourth row is not 0 0 0 1"));
             }
             DAffine3::from_mat4(matrix)
         }
         None => {
-            let translation = node
-                .translation
-                .map_or(DVec3::ZERO, |v| v.map(f64::from).into());
+            let translation = node.translation.map_or(DVec3::ZERO, |v| v.map(f64::from).into());
             let scale = node.scale.map_or(DVec3::ONE, |v| v.map(f64::from).into());
-            let rotation = node
-                .rotation
-                .map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
+            let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
             // Files round their quaternions; one without a length has no direction, though.
             let length = rotation.length();
             if !(length.is_finite() && length > 1e-6) {

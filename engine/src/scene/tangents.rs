@@ -23,11 +23,7 @@ pub(super) fn generate(primitive: &mut Primitive, tex_coord: usize, transform: D
         .map(|uv| [uv.x, -uv.y])
         .collect();
     let corners = vec![[None; 3]; primitive.triangles.len()];
-    let mut task = Task {
-        primitive,
-        uvs,
-        corners,
-    };
+    let mut task = Task { primitive, uvs, corners };
     match generate_tangents(&mut task) {
         Ok(()) => {}
         // The crate keeps the right to have errors some day; the fallback below then serves every corner.
@@ -46,14 +42,12 @@ fn assign(primitive: &mut Primitive, corners: &[[Option<Vec4>; 3]]) {
     for (triangle, corners) in triangles.iter_mut().zip(corners) {
         for (vertex, corner) in triangle.iter_mut().zip(corners) {
             let tangent = usable(*corner, primitive.normals[*vertex as usize]);
-            *vertex = *vertices
-                .entry((*vertex, tangent.to_array().map(f32::to_bits)))
-                .or_insert_with(|| {
-                    sources.push(*vertex);
-                    tangents.push(tangent);
-                    // At most as many vertices as corners, whose number `Primitive` keeps within u32.
-                    (sources.len() - 1) as u32
-                });
+            *vertex = *vertices.entry((*vertex, tangent.to_array().map(f32::to_bits))).or_insert_with(|| {
+                sources.push(*vertex);
+                tangents.push(tangent);
+                // At most as many vertices as corners, whose number `Primitive` keeps within u32.
+                (sources.len() - 1) as u32
+            });
         }
     }
     primitive.pick_vertices(&sources);
@@ -64,11 +58,8 @@ fn assign(primitive: &mut Primitive, corners: &[[Option<Vec4>; 3]]) {
 /// MikkTSpace has no tangent where all triangles around are degenerate in UV, and numbers near the ends of f32 can
 /// overflow in it. Shading then takes any direction across the normal, which is better than NaN.
 fn usable(tangent: Option<Vec4>, normal: Vec3) -> Vec4 {
-    let across =
-        |tangent: &Vec4| tangent.is_finite() && tangent.truncate().cross(normal).length() > 1e-3;
-    tangent
-        .filter(across)
-        .unwrap_or_else(|| normal.any_orthonormal_vector().extend(1.0))
+    let across = |tangent: &Vec4| tangent.is_finite() && tangent.truncate().cross(normal).length() > 1e-3;
+    tangent.filter(across).unwrap_or_else(|| normal.any_orthonormal_vector().extend(1.0))
 }
 
 struct Task<'a> {
@@ -117,21 +108,13 @@ mod tests {
 
     /// Two quads in the plane z = 0 side by side, meeting at x = 0 with shared vertices; u = |x|, v = 1 - y.
     fn mirrored() -> Primitive {
-        let positions: Vec<_> = [-1.0, 0.0, 1.0]
-            .into_iter()
-            .flat_map(|x| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)])
-            .collect();
+        let positions: Vec<_> =
+            [-1.0, 0.0, 1.0].into_iter().flat_map(|x| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)]).collect();
         Primitive {
             material: 0,
             normals: vec![Vec3::Z; 6],
             tangents: Vec::new(),
-            uvs: [
-                positions
-                    .iter()
-                    .map(|p| Vec2::new(p.x.abs(), 1.0 - p.y))
-                    .collect(),
-                Vec::new(),
-            ],
+            uvs: [positions.iter().map(|p| Vec2::new(p.x.abs(), 1.0 - p.y)).collect(), Vec::new()],
             triangles: vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]],
             weld: Vec::new(),
             displacement_scale: 0.0,
@@ -143,26 +126,14 @@ mod tests {
     fn a_mirrored_seam_is_split_and_changes_hand() {
         let mut primitive = mirrored();
         generate(&mut primitive, 0, DAffine2::IDENTITY);
-        assert_eq!(
-            primitive.positions.len(),
-            8,
-            "the two vertices of the seam are doubled"
-        );
+        assert_eq!(primitive.positions.len(), 8, "the two vertices of the seam are doubled");
         for (t, triangle) in primitive.triangles.iter().enumerate() {
             for &vertex in triangle {
                 let tangent = primitive.tangents[vertex as usize];
-                let expected = if t < 2 {
-                    Vec4::new(-1.0, 0.0, 0.0, -1.0)
-                } else {
-                    Vec4::new(1.0, 0.0, 0.0, 1.0)
-                };
-                assert!(
-                    tangent.abs_diff_eq(expected, 1e-6),
-                    "triangle {t}: {tangent}"
-                );
+                let expected = if t < 2 { Vec4::new(-1.0, 0.0, 0.0, -1.0) } else { Vec4::new(1.0, 0.0, 0.0, 1.0) };
+                assert!(tangent.abs_diff_eq(expected, 1e-6), "triangle {t}: {tangent}");
                 // The bitangent points to the texture's top, here +Y.
-                let bitangent =
-                    primitive.normals[vertex as usize].cross(tangent.truncate()) * tangent.w;
+                let bitangent = primitive.normals[vertex as usize].cross(tangent.truncate()) * tangent.w;
                 assert!(bitangent.abs_diff_eq(Vec3::Y, 1e-6));
             }
         }
@@ -175,16 +146,9 @@ mod tests {
         // u' = -v, v' = u: u' grows along +Y.
         let turn = DMat2::from_cols(DVec2::Y, DVec2::NEG_X);
         generate(&mut primitive, 0, DAffine2::from_mat2(turn));
-        assert_eq!(
-            primitive.tangents.len(),
-            4,
-            "vertices that no triangle uses are gone"
-        );
+        assert_eq!(primitive.tangents.len(), 4, "vertices that no triangle uses are gone");
         for tangent in &primitive.tangents {
-            assert!(
-                tangent.abs_diff_eq(Vec4::new(0.0, 1.0, 0.0, 1.0), 1e-6),
-                "{tangent}"
-            );
+            assert!(tangent.abs_diff_eq(Vec4::new(0.0, 1.0, 0.0, 1.0), 1e-6), "{tangent}");
         }
     }
 
@@ -193,10 +157,7 @@ mod tests {
         let mut primitive = mirrored();
         generate(&mut primitive, 0, DAffine2::from_scale(DVec2::ZERO));
         for (tangent, normal) in primitive.tangents.iter().zip(&primitive.normals) {
-            assert!(
-                tangent.is_finite() && tangent.truncate().dot(*normal).abs() < 1e-6,
-                "{tangent}"
-            );
+            assert!(tangent.is_finite() && tangent.truncate().dot(*normal).abs() < 1e-6, "{tangent}");
         }
     }
 }

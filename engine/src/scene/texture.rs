@@ -37,31 +37,19 @@ impl Info {
         transform: Option<&TextureTransform>,
     ) -> Result<Self> {
         // The extension may replace the UV set.
-        let tex_coord = transform
-            .and_then(|transform| transform.tex_coord)
-            .unwrap_or(tex_coord);
+        let tex_coord = transform.and_then(|transform| transform.tex_coord).unwrap_or(tex_coord);
         if tex_coord > 1 {
             return Err(doc.error(
                 by,
-                format!(
-                    "its {role} reads TEXCOORD_{tex_coord}, but only UV sets 0 and 1 are supported"
-                ),
+                format!("its {role} reads TEXCOORD_{tex_coord}, but only UV sets 0 and 1 are supported"),
                 "move the coordinates to TEXCOORD_0 or TEXCOORD_1",
             ));
         }
         let transform = transform.map_or(DAffine2::IDENTITY, matrix);
         if !transform.is_finite() {
-            return Err(doc.error(
-                by,
-                format!("its {role} has a {TRANSFORM} that is not finite"),
-                "correct it",
-            ));
+            return Err(doc.error(by, format!("its {role} has a {TRANSFORM} that is not finite"), "correct it"));
         }
-        Ok(Info {
-            index,
-            tex_coord: tex_coord as usize,
-            transform,
-        })
+        Ok(Info { index, tex_coord: tex_coord as usize, transform })
     }
 }
 
@@ -73,23 +61,19 @@ pub(super) fn transform_in(
     extension: Option<&Value>,
 ) -> Result<Option<TextureTransform>> {
     let parse = |value: &Value| {
-        serde_json::from_value(value.clone()).map_err(|error| {
-            doc.error(
-                by,
-                format!("its {role} has a broken {TRANSFORM} ({error})"),
-                "correct it",
-            )
-        })
+        serde_json::from_value(value.clone())
+            .map_err(|error| doc.error(by, format!("its {role} has a broken {TRANSFORM} ({error})"), "correct it"))
     };
     extension.map(parse).transpose()
 }
 
-/// The extension's matrix: translation · rotation · scale, in the column order of its specification's GLSL, where
-/// rotation's first column is (cos, sin).
+/// The extension's matrix: translation · rotation · scale. The rotation is counter-clockwise as seen on the image, whose
+/// v points down: that is what the extension's text and its example say (offset [0, 1], rotation π/2 and scale 1/2 show
+/// the lower left quadrant) and what its viewers do; its GLSL, read in column order, would turn the other way.
 fn matrix(transform: &TextureTransform) -> DAffine2 {
     let offset = DVec2::from(transform.offset.0.map(f64::from));
     let scale = DVec2::from(transform.scale.0.map(f64::from));
-    let rotation = DMat2::from_angle(transform.rotation.0.into());
+    let rotation = DMat2::from_angle(-f64::from(transform.rotation.0));
     DAffine2::from_mat2_translation(rotation * DMat2::from_diagonal(scale), offset)
 }
 
@@ -117,11 +101,7 @@ pub(super) fn resolve(
 fn sampler(doc: &Document, index: Index<texture::Sampler>, by: &str) -> Result<Sampler> {
     let sampler = doc.lookup(&doc.samplers, index, "sampler", by)?;
     let unknown = |what: &str| {
-        doc.error(
-            format!("sampler {}", index.value()),
-            format!("its {what} is none of glTF's"),
-            "correct the number",
-        )
+        doc.error(format!("sampler {}", index.value()), format!("its {what} is none of glTF's"), "correct the number")
     };
     let wrap = |mode, what| match mode {
         Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
@@ -130,10 +110,7 @@ fn sampler(doc: &Document, index: Index<texture::Sampler>, by: &str) -> Result<S
         Checked::Invalid => Err(unknown(what)),
     };
     Ok(Sampler {
-        wrap: [
-            wrap(sampler.wrap_s, "wrapS")?,
-            wrap(sampler.wrap_t, "wrapT")?,
-        ],
+        wrap: [wrap(sampler.wrap_s, "wrapS")?, wrap(sampler.wrap_t, "wrapT")?],
         nearest: match sampler.mag_filter {
             Some(Checked::Invalid) => return Err(unknown("magFilter")),
             Some(Checked::Valid(filter)) => filter == MagFilter::Nearest,
@@ -159,23 +136,25 @@ mod tests {
 
     #[test]
     fn scale_comes_first_offset_last() {
-        let m = transform(
-            r#"{"offset": [0.25, 0.5], "rotation": 1.5707963267948966, "scale": [2, 4]}"#,
-        );
-        // (1, 0) → scaled (2, 0) → turned (0, 2) → moved.
-        assert!((m.transform_point2(DVec2::new(1.0, 0.0)) - DVec2::new(0.25, 2.5)).length() < 1e-6);
-        // (0, 1) → scaled (0, 4) → turned (-4, 0) → moved.
-        assert!(
-            (m.transform_point2(DVec2::new(0.0, 1.0)) - DVec2::new(-3.75, 0.5)).length() < 1e-6
-        );
+        let m = transform(r#"{"offset": [0.25, 0.5], "rotation": 1.5707963267948966, "scale": [2, 4]}"#);
+        // (1, 0) → scaled (2, 0) → turned (0, -2) → moved.
+        assert!((m.transform_point2(DVec2::new(1.0, 0.0)) - DVec2::new(0.25, -1.5)).length() < 1e-6);
+        // (0, 1) → scaled (0, 4) → turned (4, 0) → moved.
+        assert!((m.transform_point2(DVec2::new(0.0, 1.0)) - DVec2::new(4.25, 0.5)).length() < 1e-6);
+    }
+
+    #[test]
+    fn the_extension_s_own_example_shows_the_lower_left_quadrant() {
+        let m = transform(r#"{"offset": [0, 1], "rotation": 1.57079632679, "scale": [0.5, 0.5]}"#);
+        for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
+            let uv = m.transform_point2(corner);
+            assert!((-1e-6..=0.5 + 1e-6).contains(&uv.x) && (0.5 - 1e-6..=1.0 + 1e-6).contains(&uv.y), "{uv}");
+        }
     }
 
     #[test]
     fn absent_parts_are_identity() {
         assert_eq!(transform("{}"), DAffine2::IDENTITY);
-        assert_eq!(
-            transform(r#"{"scale": [3, 3]}"#).transform_point2(DVec2::new(1.0, 2.0)),
-            DVec2::new(3.0, 6.0)
-        );
+        assert_eq!(transform(r#"{"scale": [3, 3]}"#).transform_point2(DVec2::new(1.0, 2.0)), DVec2::new(3.0, 6.0));
     }
 }

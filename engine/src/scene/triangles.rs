@@ -13,13 +13,7 @@ pub(super) fn assemble(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
             .windows(3)
             .enumerate()
             // Every other triangle of a strip is wound the other way round.
-            .map(|(i, v)| {
-                if i % 2 == 0 {
-                    [v[0], v[1], v[2]]
-                } else {
-                    [v[0], v[2], v[1]]
-                }
-            })
+            .map(|(i, v)| if i % 2 == 0 { [v[0], v[1], v[2]] } else { [v[0], v[2], v[1]] })
             .collect(),
         Mode::TriangleFan => match indices.split_first() {
             Some((&hub, rim)) => rim.windows(2).map(|v| [v[0], v[1], hub]).collect(),
@@ -43,10 +37,7 @@ impl Primitive {
 
     /// Gives every triangle its own vertices and its own normal, as glTF asks where a file has no normals.
     pub(super) fn flatten(&mut self) {
-        let normals = self
-            .triangles
-            .iter()
-            .flat_map(|triangle| [self.area_vector(triangle).normalize().as_vec3(); 3]);
+        let normals = self.triangles.iter().flat_map(|triangle| [self.area_vector(triangle).normalize().as_vec3(); 3]);
         let normals = normals.collect();
         let sources: Vec<_> = self.triangles.as_flattened().to_vec();
         self.pick_vertices(&sources);
@@ -62,10 +53,7 @@ impl Primitive {
         fn pick<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
             // What the file lacks stays empty.
             if !values.is_empty() {
-                *values = sources
-                    .iter()
-                    .map(|&source| values[source as usize])
-                    .collect();
+                *values = sources.iter().map(|&source| values[source as usize]).collect();
             }
         }
         pick(&mut self.positions, sources);
@@ -77,11 +65,7 @@ impl Primitive {
     /// Mesh area and UV area of a set that the primitive has.
     pub(super) fn areas(&self, tex_coord: usize) -> (f64, f64) {
         let uvs = &self.uvs[tex_coord];
-        let mesh: f64 = self
-            .triangles
-            .iter()
-            .map(|triangle| self.area_vector(triangle).length())
-            .sum();
+        let mesh: f64 = self.triangles.iter().map(|triangle| self.area_vector(triangle).length()).sum();
         let uv: f64 = self
             .triangles
             .iter()
@@ -108,18 +92,9 @@ mod tests {
     #[test]
     fn modes_become_lists() {
         let indices = [5, 6, 7, 8, 9];
-        assert_eq!(
-            assemble(Mode::Triangles, &indices[..3]),
-            Some(vec![[5, 6, 7]])
-        );
-        assert_eq!(
-            assemble(Mode::TriangleStrip, &indices),
-            Some(vec![[5, 6, 7], [6, 8, 7], [7, 8, 9]])
-        );
-        assert_eq!(
-            assemble(Mode::TriangleFan, &indices),
-            Some(vec![[6, 7, 5], [7, 8, 5], [8, 9, 5]])
-        );
+        assert_eq!(assemble(Mode::Triangles, &indices[..3]), Some(vec![[5, 6, 7]]));
+        assert_eq!(assemble(Mode::TriangleStrip, &indices), Some(vec![[5, 6, 7], [6, 8, 7], [7, 8, 9]]));
+        assert_eq!(assemble(Mode::TriangleFan, &indices), Some(vec![[6, 7, 5], [7, 8, 5], [8, 9, 5]]));
         assert_eq!(assemble(Mode::TriangleFan, &[]), Some(Vec::new()));
         assert_eq!(assemble(Mode::LineStrip, &indices), None);
     }

@@ -13,10 +13,7 @@ pub(super) struct Refusal {
 
 impl Refusal {
     fn new(problem: impl Into<String>, mend: impl Into<String>) -> Self {
-        Refusal {
-            problem: problem.into(),
-            mend: mend.into(),
-        }
+        Refusal { problem: problem.into(), mend: mend.into() }
     }
 }
 
@@ -34,20 +31,14 @@ pub(super) fn file_name(uri: &str) -> Option<String> {
         return None;
     }
     let path = percent_decode(uri)?;
-    let name = path
-        .rsplit(['/', '\\'])
-        .next()
-        .filter(|name| !name.is_empty())?;
+    let name = path.rsplit(['/', '\\']).next().filter(|name| !name.is_empty())?;
     Some(name.to_owned())
 }
 
 fn read_file(folder: &Path, uri: &str) -> Result<Vec<u8>, Refusal> {
     let relative = relative_path(uri)?;
     let cannot = |error: std::io::Error| {
-        Refusal::new(
-            format!("its file '{uri}' cannot be read ({error})"),
-            "put the file there, or correct the uri",
-        )
+        Refusal::new(format!("its file '{uri}' cannot be read ({error})"), "put the file there, or correct the uri")
     };
     // The path was checked by its text; a link in it can still lead elsewhere, so compare what the links resolve to.
     let root = folder.canonicalize().map_err(cannot)?;
@@ -57,10 +48,7 @@ fn read_file(folder: &Path, uri: &str) -> Result<Vec<u8>, Refusal> {
     }
     // Reading a pipe or a device could block or never end.
     if !path.metadata().map_err(cannot)?.is_file() {
-        return Err(Refusal::new(
-            format!("'{uri}' is no regular file"),
-            "correct the uri",
-        ));
+        return Err(Refusal::new(format!("'{uri}' is no regular file"), "correct the uri"));
     }
     std::fs::read(path).map_err(cannot)
 }
@@ -74,10 +62,7 @@ fn relative_path(uri: &str) -> Result<PathBuf, Refusal> {
         ));
     }
     let Some(decoded) = percent_decode(uri) else {
-        return Err(Refusal::new(
-            format!("its uri '{uri}' has a broken % escape"),
-            "write %25 for a percent sign",
-        ));
+        return Err(Refusal::new(format!("its uri '{uri}' has a broken % escape"), "write %25 for a percent sign"));
     };
     // Backslashes separate folders on Windows only: refused everywhere, so that a scene means the same everywhere.
     if decoded.starts_with('/') || decoded.contains('\\') || has_scheme(&decoded) {
@@ -96,10 +81,7 @@ fn relative_path(uri: &str) -> Result<PathBuf, Refusal> {
         }
     }
     if depth == 0 {
-        return Err(Refusal::new(
-            "its uri names no file",
-            "name a file beside the scene",
-        ));
+        return Err(Refusal::new("its uri names no file", "name a file beside the scene"));
     }
     Ok(path)
 }
@@ -115,9 +97,7 @@ fn leaves(uri: &str) -> Refusal {
 fn has_scheme(uri: &str) -> bool {
     uri.split_once(':').is_some_and(|(scheme, _)| {
         scheme.starts_with(|c: char| c.is_ascii_alphabetic())
-            && scheme
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
+            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
     })
 }
 
@@ -150,18 +130,12 @@ fn percent_decode(text: &str) -> Option<String> {
 
 /// What follows `data:`, which glTF always writes in base64.
 fn decode_data(data: &str) -> Result<Vec<u8>, Refusal> {
-    let broken = |problem: &str| {
-        Refusal::new(
-            format!("its data uri {problem}"),
-            "embed the bytes as data:…;base64,…",
-        )
-    };
+    let broken = |problem: &str| Refusal::new(format!("its data uri {problem}"), "embed the bytes as data:…;base64,…");
     let (header, text) = data.split_once(',').ok_or_else(|| broken("has no comma"))?;
     if !header.ends_with(";base64") {
         return Err(broken("is not base64"));
     }
-    decode_base64(text)
-        .ok_or_else(|| broken("has characters that are no base64, or ends too early"))
+    decode_base64(text).ok_or_else(|| broken("has characters that are no base64, or ends too early"))
 }
 
 /// RFC 4648 with or without padding.
@@ -220,72 +194,30 @@ mod tests {
 
     #[test]
     fn paths_stay_below_the_folder() {
-        for uri in [
-            "a.png",
-            "./a.png",
-            "b/../a.png",
-            "a%20b.png",
-            "b/c/..%2Fa.png",
-            "..a",
-            "é.png",
-        ] {
+        for uri in ["a.png", "./a.png", "b/../a.png", "a%20b.png", "b/c/..%2Fa.png", "..a", "é.png"] {
             assert!(relative_path(uri).is_ok(), "{uri}");
         }
-        for uri in [
-            "../a.png",
-            "b/../../a.png",
-            "%2e%2e/a.png",
-            "/etc/passwd",
-            "%2Fetc/passwd",
-            "..\\a.png",
-            "%41:b.png",
-        ] {
+        for uri in
+            ["../a.png", "b/../../a.png", "%2e%2e/a.png", "/etc/passwd", "%2Fetc/passwd", "..\\a.png", "%41:b.png"]
+        {
             let refusal = relative_path(uri).expect_err(uri);
-            assert!(
-                refusal.problem.contains("leaves the scene's folder"),
-                "{uri}: {}",
-                refusal.problem
-            );
+            assert!(refusal.problem.contains("leaves the scene's folder"), "{uri}: {}", refusal.problem);
         }
-        for uri in [
-            "file:///a.png",
-            "http://example.org/a.png",
-            "C:/a.png",
-            "C:a.png",
-        ] {
+        for uri in ["file:///a.png", "http://example.org/a.png", "C:/a.png", "C:a.png"] {
             let refusal = relative_path(uri).expect_err(uri);
-            assert!(
-                refusal.problem.contains("is no relative path"),
-                "{uri}: {}",
-                refusal.problem
-            );
+            assert!(refusal.problem.contains("is no relative path"), "{uri}: {}", refusal.problem);
         }
         for uri in ["", ".", "a/.."] {
-            assert!(
-                relative_path(uri)
-                    .expect_err(uri)
-                    .problem
-                    .contains("names no file"),
-                "{uri}"
-            );
+            assert!(relative_path(uri).expect_err(uri).problem.contains("names no file"), "{uri}");
         }
         for uri in ["%", "%4", "%zz", "%FF"] {
-            assert!(
-                relative_path(uri)
-                    .expect_err(uri)
-                    .problem
-                    .contains("broken % escape"),
-                "{uri}"
-            );
+            assert!(relative_path(uri).expect_err(uri).problem.contains("broken % escape"), "{uri}");
         }
     }
 
     #[test]
     fn names_come_from_the_last_part() {
-        assert_eq!(
-            file_name("maps/wall%20a.png").as_deref(),
-            Some("wall a.png")
-        );
+        assert_eq!(file_name("maps/wall%20a.png").as_deref(), Some("wall a.png"));
         assert_eq!(file_name("data:image/png;base64,AAAA"), None);
     }
 }

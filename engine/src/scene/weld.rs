@@ -17,9 +17,7 @@ pub(super) fn weld(primitives: &mut [Primitive]) -> Vec<DVec3> {
         let mut id = |position: &Vec3| {
             let next = known.len() as u32;
             // Adding zero turns -0 into 0: the two are one position.
-            *known
-                .entry(position.to_array().map(|x| (x + 0.0).to_bits()))
-                .or_insert(next)
+            *known.entry(position.to_array().map(|x| (x + 0.0).to_bits())).or_insert(next)
         };
         primitive.weld = primitive.positions.iter().map(&mut id).collect();
     }
@@ -28,15 +26,8 @@ pub(super) fn weld(primitives: &mut [Primitive]) -> Vec<DVec3> {
     for primitive in primitives.iter() {
         for triangle in &primitive.triangles {
             let corners = triangle.map(|vertex| primitive.positions[vertex as usize].as_dvec3());
-            for (i, vertex) in triangle
-                .map(|vertex| vertex as usize)
-                .into_iter()
-                .enumerate()
-            {
-                let angle = angle(
-                    corners[(i + 1) % 3] - corners[i],
-                    corners[(i + 2) % 3] - corners[i],
-                );
+            for (i, vertex) in triangle.map(|vertex| vertex as usize).into_iter().enumerate() {
+                let angle = angle(corners[(i + 1) % 3] - corners[i], corners[(i + 2) % 3] - corners[i]);
                 let (sum, weight) = &mut sums[primitive.weld[vertex] as usize];
                 *sum += angle * primitive.normals[vertex].as_dvec3();
                 *weight += angle;
@@ -44,13 +35,7 @@ pub(super) fn weld(primitives: &mut [Primitive]) -> Vec<DVec3> {
         }
     }
     sums.into_iter()
-        .map(|(sum, weight)| {
-            if sum.length() > LEAST_MEAN * weight {
-                sum.normalize()
-            } else {
-                DVec3::ZERO
-            }
-        })
+        .map(|(sum, weight)| if sum.length() > LEAST_MEAN * weight { sum.normalize() } else { DVec3::ZERO })
         .collect()
 }
 
@@ -66,18 +51,13 @@ mod tests {
     /// A primitive of separate triangles with flat normals.
     fn soup(triangles: &[[Vec3; 3]]) -> Primitive {
         let positions: Vec<_> = triangles.as_flattened().to_vec();
-        let normals = triangles
-            .iter()
-            .flat_map(|[a, b, c]| [(b - a).cross(c - a).normalize(); 3])
-            .collect();
+        let normals = triangles.iter().flat_map(|[a, b, c]| [(b - a).cross(c - a).normalize(); 3]).collect();
         Primitive {
             material: 0,
             normals,
             tangents: Vec::new(),
             uvs: [Vec::new(), Vec::new()],
-            triangles: (0..triangles.len() as u32)
-                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-                .collect(),
+            triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             weld: Vec::new(),
             displacement_scale: 0.0,
             positions,
@@ -92,17 +72,8 @@ mod tests {
         }
         let [normal, u, v] = [along[0] * sign, along[1] * sign, along[2]];
         let corner = |a: f32, b: f32| normal + a * u + b * v;
-        let quad = [
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-        ];
-        let [a, b, c, d] = if flip {
-            [quad[1], quad[2], quad[3], quad[0]]
-        } else {
-            quad
-        };
+        let quad = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let [a, b, c, d] = if flip { [quad[1], quad[2], quad[3], quad[0]] } else { quad };
         [[a, b, c], [a, c, d]]
     }
 
@@ -113,8 +84,7 @@ mod tests {
             let mut primitives: Vec<_> = [0..3, 3..6]
                 .into_iter()
                 .map(|faces| {
-                    let faces = faces
-                        .map(|i| face(i % 3, if i < 3 { 1.0 } else { -1.0 }, flips >> i & 1 == 1));
+                    let faces = faces.map(|i| face(i % 3, if i < 3 { 1.0 } else { -1.0 }, flips >> i & 1 == 1));
                     soup(faces.collect::<Vec<_>>().as_flattened())
                 })
                 .collect();
@@ -123,10 +93,7 @@ mod tests {
             for primitive in &primitives {
                 for (position, &id) in primitive.positions.iter().zip(&primitive.weld) {
                     let expected = position.as_dvec3() / 3_f64.sqrt();
-                    assert!(
-                        normals[id as usize].abs_diff_eq(expected, 1e-12),
-                        "{position}"
-                    );
+                    assert!(normals[id as usize].abs_diff_eq(expected, 1e-12), "{position}");
                 }
             }
         }

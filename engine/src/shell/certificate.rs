@@ -102,7 +102,9 @@ pub fn mesh_folds(scene: &Scene, mesh: &Mesh) -> Folds {
     let mut triangles = Vec::new();
     let mut ids = Vec::new();
     for (p, primitive) in mesh.primitives.iter().enumerate() {
-        let Some(t_range) = t_range(scene, primitive) else { continue };
+        let Some(t_range) = t_range(scene, primitive) else {
+            continue;
+        };
         for (i, triangle) in primitive.triangles.iter().enumerate() {
             let weld = triangle.map(|v| primitive.weld[v as usize] as usize);
             triangles.push(ShellTriangle {

@@ -3,4 +3,5 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod prisms;
 pub mod reference;

@@ -154,21 +154,39 @@ fn walk(ty: &Type, path: &str, offset: u32, list: &mut Vec<BlockMember>) {
     }
 }
 
-/// The operands of `OpExecutionMode LocalSize`, which spirq would give as typed constants.
+/// The workgroup size, from the execution mode `LocalSize` or, as glslang writes for SPIR-V 1.6, `LocalSizeId`.
 fn local_size(spirv: &[u32]) -> Option<[u32; 3]> {
-    const HEADER: usize = 5;
     const OP_EXECUTION_MODE: u32 = 16;
+    const OP_CONSTANT: u32 = 43;
+    const OP_EXECUTION_MODE_ID: u32 = 331;
     const LOCAL_SIZE: u32 = 17;
-    let mut words = spirv.get(HEADER..)?;
-    while let [first, ..] = words {
-        let (opcode, length) = (first & 0xffff, (first >> 16) as usize);
-        let instruction = words.get(..length.max(1))?;
-        if let [_, _, LOCAL_SIZE, x, y, z] = *instruction
-            && opcode == OP_EXECUTION_MODE
-        {
-            return Some([x, y, z]);
+    const LOCAL_SIZE_ID: u32 = 38;
+    for (opcode, operands) in instructions(spirv) {
+        match (opcode, operands) {
+            (OP_EXECUTION_MODE, &[_, LOCAL_SIZE, x, y, z]) => return Some([x, y, z]),
+            (OP_EXECUTION_MODE_ID, &[_, LOCAL_SIZE_ID, x, y, z]) => {
+                let constant = |id: u32| {
+                    instructions(spirv).find_map(|(opcode, operands)| match (opcode, operands) {
+                        (OP_CONSTANT, &[_, result, value]) if result == id => Some(value),
+                        _ => None,
+                    })
+                };
+                return Some([constant(x)?, constant(y)?, constant(z)?]);
+            }
+            _ => {}
         }
-        words = &words[length.max(1)..];
     }
     None
+}
+
+/// Opcode and operands of each instruction.
+fn instructions(spirv: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+    const HEADER: usize = 5;
+    let mut words = spirv.get(HEADER..).unwrap_or_default();
+    std::iter::from_fn(move || {
+        let first = words.first()?;
+        let (instruction, rest) = words.split_at_checked((first >> 16) as usize)?;
+        words = rest;
+        Some((first & 0xffff, instruction.get(1..)?))
+    })
 }

@@ -31,9 +31,7 @@ fn requests_of_the_wrong_type() {
     ] {
         displaced(field, value.clone()).fails(wall, &format!("its extras.displacement.{field}"));
     }
-    Gltf::quad()
-        .set("/materials/0/extras/displacement", json!("much"))
-        .fails(wall, "displacement is \"much\"");
+    Gltf::quad().set("/materials/0/extras/displacement", json!("much")).fails(wall, "displacement is \"much\"");
 }
 
 #[test]
@@ -42,28 +40,15 @@ fn requests_that_make_no_sense() {
     displaced("scale", json!(-0.1)).fails(wall, "scale is -0.1, below zero");
     displaced("border", json!("fence")).fails(wall, "border is 'fence'");
     displaced("procedural", json!("bricks")).fails(wall, "both 'texture' and 'procedural'");
-    Gltf::quad()
-        .remove("/materials/0/extras/displacement/scale")
-        .fails(wall, "has no 'scale'");
-    Gltf::quad()
-        .remove("/materials/0/extras/displacement/texture")
-        .fails(wall, "neither 'texture' nor");
-    Gltf::quad()
-        .remove("/materials/0/extras/displacement/texture/index")
-        .fails(wall, "has no 'index'");
+    Gltf::quad().remove("/materials/0/extras/displacement/scale").fails(wall, "has no 'scale'");
+    Gltf::quad().remove("/materials/0/extras/displacement/texture").fails(wall, "neither 'texture' nor");
+    Gltf::quad().remove("/materials/0/extras/displacement/texture/index").fails(wall, "has no 'index'");
     displaced("procedural", json!("bricks"))
         .remove("/materials/0/extras/displacement/texture")
-        .fails(
-            wall,
-            "no procedural height function 'bricks' is built in yet",
-        );
+        .fails(wall, "no procedural height function 'bricks' is built in yet");
     displaced("texture", json!({ "index": 0, "texCoord": 2 })).fails(wall, "reads TEXCOORD_2");
-    let transformed = |transform| {
-        displaced(
-            "texture",
-            json!({ "index": 0, "extensions": { "KHR_texture_transform": transform } }),
-        )
-    };
+    let transformed =
+        |transform| displaced("texture", json!({ "index": 0, "extensions": { "KHR_texture_transform": transform } }));
     transformed(json!({ "texCoord": 3 })).fails(wall, "reads TEXCOORD_3");
     transformed(json!({ "scale": [1] })).fails(wall, "a broken KHR_texture_transform");
     transformed(json!({ "scale": [1e39, 1] })).fails(wall, "not finite");
@@ -72,8 +57,7 @@ fn requests_that_make_no_sense() {
 #[test]
 fn numbers_beyond_all_bounds() {
     // serde_json's own values cannot hold these, so the text is edited.
-    let text =
-        String::from_utf8(displaced("midlevel", json!(0.125)).text()).expect("JSON is UTF-8");
+    let text = String::from_utf8(displaced("midlevel", json!(0.125)).text()).expect("JSON is UTF-8");
     let text = text.replace("0.125", "1e999");
     let loaded = super::from_bytes(std::path::Path::new("test.gltf"), text.as_bytes());
     assert_fails(loaded, "JSON", "number out of range");
@@ -82,63 +66,36 @@ fn numbers_beyond_all_bounds() {
 #[test]
 fn unknown_keys_are_told() {
     displaced("tiles", json!(3)).notes("material 0 'wall': extras.displacement.tiles is not known");
-    displaced("texture", json!({ "index": 0, "scale": 2 }))
-        .notes("extras.displacement.texture.scale is not known");
-    displaced("texture", json!({ "index": 0, "extensions": { "X": {} } }))
-        .notes("texture.extensions.X is not known");
-    Gltf::quad()
-        .set("/materials/0/alphaMode", json!("BLEND"))
-        .notes("BLEND is not supported, it is drawn opaque");
+    displaced("texture", json!({ "index": 0, "scale": 2 })).notes("extras.displacement.texture.scale is not known");
+    displaced("texture", json!({ "index": 0, "extensions": { "X": {} } })).notes("texture.extensions.X is not known");
+    Gltf::quad().set("/materials/0/alphaMode", json!("BLEND")).notes("BLEND is not supported, it is drawn opaque");
 }
 
 #[test]
 fn material_factors_and_modes() {
     let wall = "material 0 'wall'";
+    Gltf::plain().set("/materials/0/alphaMode", json!("GLASS")).fails(wall, "alphaMode is none");
+    Gltf::plain().set("/materials/0/emissiveFactor", json!([1e39, 0, 0])).fails(wall, "emissiveFactor is not finite");
     Gltf::plain()
-        .set("/materials/0/alphaMode", json!("GLASS"))
-        .fails(wall, "alphaMode is none");
-    Gltf::plain()
-        .set("/materials/0/emissiveFactor", json!([1e39, 0, 0]))
-        .fails(wall, "emissiveFactor is not finite");
-    Gltf::plain()
-        .set(
-            "/materials/0/pbrMetallicRoughness",
-            json!({ "roughnessFactor": 1e39 }),
-        )
+        .set("/materials/0/pbrMetallicRoughness", json!({ "roughnessFactor": 1e39 }))
         .fails(wall, "roughnessFactor is not finite");
     Gltf::plain()
-        .set(
-            "/materials/0/normalTexture",
-            json!({ "index": 0, "texCoord": 5 }),
-        )
+        .set("/materials/0/normalTexture", json!({ "index": 0, "texCoord": 5 }))
         .fails(wall, "its normal texture reads TEXCOORD_5");
     Gltf::plain()
         .set("/materials/0/occlusionTexture", json!({ "index": 4 }))
-        .fails(
-            "material 0 'wall', occlusion texture",
-            "refers to texture 4",
-        );
+        .fails("material 0 'wall', occlusion texture", "refers to texture 4");
 }
 
 #[test]
 fn textures_and_samplers() {
-    displaced("texture/index", json!(3)).fails(
-        "material 0 'wall', displacement texture",
-        "refers to texture 3",
-    );
-    Gltf::quad()
-        .set("/textures/0", json!({ "name": "t" }))
-        .fails("texture 0 't'", "has no 'source'");
-    Gltf::quad()
-        .set("/textures/0/source", json!(8))
-        .fails("texture 0", "refers to image 8");
-    Gltf::quad()
-        .set("/textures/0/sampler", json!(0))
-        .fails("texture 0", "refers to sampler 0");
+    displaced("texture/index", json!(3)).fails("material 0 'wall', displacement texture", "refers to texture 3");
+    Gltf::quad().set("/textures/0", json!({ "name": "t" })).fails("texture 0 't'", "has no 'source'");
+    Gltf::quad().set("/textures/0/source", json!(8)).fails("texture 0", "refers to image 8");
+    Gltf::quad().set("/textures/0/sampler", json!(0)).fails("texture 0", "refers to sampler 0");
     let sampled = |sampler| {
         let mut gltf = Gltf::quad();
-        gltf.set("/samplers", json!([sampler]))
-            .set("/textures/0/sampler", json!(0));
+        gltf.set("/samplers", json!([sampler])).set("/textures/0/sampler", json!(0));
         gltf
     };
     sampled(json!({ "wrapS": 3 })).fails("sampler 0", "wrapS is none");
@@ -166,16 +123,9 @@ fn images_that_are_none() {
         with(&damaged).fails("image 0 'steps'", "cannot be decoded");
     }
     let jpeg = encode(&DynamicImage::new_rgb8(4, 4), ImageFormat::Jpeg);
-    with(&jpeg).fails(
-        "image 0 'steps'",
-        "is Jpeg, which cannot be read as a height map",
-    );
-    Gltf::quad()
-        .set("/images/0", json!({}))
-        .fails("image 0", "has neither 'uri' nor 'bufferView'");
-    Gltf::quad()
-        .set("/images/0", json!({ "bufferView": 44 }))
-        .fails("image 0", "refers to buffer view 44");
+    with(&jpeg).fails("image 0 'steps'", "is Jpeg, which cannot be read as a height map");
+    Gltf::quad().set("/images/0", json!({})).fails("image 0", "has neither 'uri' nor 'bufferView'");
+    Gltf::quad().set("/images/0", json!({ "bufferView": 44 })).fails("image 0", "refers to buffer view 44");
 }
 
 #[test]
@@ -188,17 +138,13 @@ fn a_decompression_bomb() {
     let mut gltf = Gltf::quad();
     gltf.set("/images/0/uri", json!(data_uri(&png)));
     gltf.fails("image 0 'steps'", "cannot be decoded");
-    let Err(crate::error::Error::Input { mend, .. }) = gltf.load() else {
-        panic!("refused above")
-    };
+    let Err(crate::error::Error::Input { mend, .. }) = gltf.load() else { panic!("refused above") };
     assert!(mend.contains("at most 32768 texels"), "{mend}");
 }
 
 fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
-            crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 }
-        })
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
     })
 }
 
@@ -208,18 +154,10 @@ fn image_files_outside_or_missing() {
     folder.write("secret.png", &grey_png(&[0, 0]));
     let mut gltf = Gltf::quad();
     for (uri, object, problem) in [
-        (
-            "../secret.png",
-            "image 0 'secret.png'",
-            "leaves the scene's folder",
-        ),
+        ("../secret.png", "image 0 'secret.png'", "leaves the scene's folder"),
         ("maps/gone.png", "image 0 'gone.png'", "cannot be read"),
     ] {
         gltf.set("/images/0/uri", json!(uri));
-        assert_fails(
-            load(&folder.write("scene/scene.gltf", &gltf.text())),
-            object,
-            problem,
-        );
+        assert_fails(load(&folder.write("scene/scene.gltf", &gltf.text())), object, problem);
     }
 }

@@ -28,20 +28,29 @@ fn victim() -> Vec<u8> {
     gltf.set("/images/0", json!({ "bufferView": image, "mimeType": "image/png" }))
         .set("/textures/0/sampler", json!(0))
         .set("/samplers", json!([{ "wrapS": 33071, "magFilter": 9728, "minFilter": 9984 }]))
-        .set("/accessors/0/sparse", json!({
-            "count": 1,
-            "indices": { "bufferView": indices, "componentType": 5123 },
-            "values": { "bufferView": values },
-        }))
-        .set("/materials/0/normalTexture", json!({
-            "index": 0, "scale": 0.5, "extensions": { "KHR_texture_transform": { "rotation": 1, "scale": [2, 3] } },
-        }))
+        .set(
+            "/accessors/0/sparse",
+            json!({
+                "count": 1,
+                "indices": { "bufferView": indices, "componentType": 5123 },
+                "values": { "bufferView": values },
+            }),
+        )
+        .set(
+            "/materials/0/normalTexture",
+            json!({
+                "index": 0, "scale": 0.5, "extensions": { "KHR_texture_transform": { "rotation": 1, "scale": [2, 3] } },
+            }),
+        )
         .set("/materials/0/extras/displacement/relative", json!(true))
-        .set("/nodes", json!([
-            { "mesh": 0, "children": [1, 2], "rotation": [0, 0.6, 0, 0.8] },
-            { "camera": 0, "translation": [0, 1, 2] },
-            { "extensions": { "KHR_lights_punctual": { "light": 0 } }, "scale": [1, 2, 3], "mesh": 0 },
-        ]))
+        .set(
+            "/nodes",
+            json!([
+                { "mesh": 0, "children": [1, 2], "rotation": [0, 0.6, 0, 0.8] },
+                { "camera": 0, "translation": [0, 1, 2] },
+                { "extensions": { "KHR_lights_punctual": { "light": 0 } }, "scale": [1, 2, 3], "mesh": 0 },
+            ]),
+        )
         .set("/cameras", json!([{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } }]))
         .set("/extensions", json!({ "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": {} }] } }));
     gltf.glb()
@@ -52,13 +61,7 @@ fn survive(bytes: &[u8]) -> bool {
     match from_bytes(Path::new("fuzz.glb"), bytes) {
         Ok(scene) => {
             let scene = scene.with_defaults(1.5);
-            assert!(
-                scene
-                    .meshes
-                    .iter()
-                    .flat_map(|mesh| &mesh.shell_normals)
-                    .all(|normal| normal.is_finite())
-            );
+            assert!(scene.meshes.iter().flat_map(|mesh| &mesh.shell_normals).all(|normal| normal.is_finite()));
             true
         }
         Err(error) => {

@@ -12,10 +12,7 @@ use crate::scene::{HeightTexels, LightKind, Projection, Wrap, load};
 #[test]
 fn the_quad_in_both_containers() {
     let gltf = Gltf::quad();
-    for scene in [
-        gltf.loads(),
-        from_bytes(Path::new("a.glb"), &gltf.glb()).expect("the same as GLB"),
-    ] {
+    for scene in [gltf.loads(), from_bytes(Path::new("a.glb"), &gltf.glb()).expect("the same as GLB")] {
         assert_eq!(scene.notices, [""; 0]);
         let mesh = &scene.meshes[0];
         assert_eq!((mesh.name.as_str(), mesh.primitives.len()), ("Quad", 1));
@@ -29,28 +26,15 @@ fn the_quad_in_both_containers() {
         assert_eq!(mesh.shell_normals, [DVec3::Z; 4]);
         assert_eq!(quad.displacement_scale, 0.5);
         let displacement = scene.materials[0].displacement.expect("displaced");
-        assert_eq!(
-            (
-                displacement.midlevel,
-                displacement.border_wall,
-                displacement.relative
-            ),
-            (0.5, false, false)
-        );
+        assert_eq!((displacement.midlevel, displacement.border_wall, displacement.relative), (0.5, false, false));
         let map = &scene.height_maps[displacement.map];
         assert_eq!((map.name.as_str(), map.width, map.height), ("steps", 2, 2));
-        assert_eq!(
-            (map.height(1, 0), map.height(0, 1), map.min_max()),
-            (0.2, 0.4, (0.0, 1.0))
-        );
+        assert_eq!((map.height(1, 0), map.height(0, 1), map.min_max()), (0.2, 0.4, (0.0, 1.0)));
         assert_eq!(scene.instances.len(), 1);
         assert_eq!(scene.instances[0].name, "tile");
         assert!(scene.camera.is_none() && scene.lights.is_empty() && scene.images.is_empty());
         let (low, high) = scene.bounds().expect("something is drawn");
-        assert_eq!(
-            (low, high),
-            (DVec3::new(0.0, 0.0, -0.25), DVec3::new(1.0, 1.0, 0.25))
-        );
+        assert_eq!((low, high), (DVec3::new(0.0, 0.0, -0.25), DVec3::new(1.0, 1.0, 0.25)));
     }
 }
 
@@ -61,8 +45,7 @@ fn files_beside_the_scene() {
     folder.write("scene/maps/the steps.png", &grey_png(&[1, 2]));
     folder.write("scene/maps/mesh.bin", &gltf.bytes);
     let buffer = json!({ "byteLength": gltf.bytes.len(), "uri": "./maps/mesh.bin" });
-    gltf.set("/images/0/uri", json!("maps/../maps/the%20steps.png"))
-        .set("/buffers/0", buffer);
+    gltf.set("/images/0/uri", json!("maps/../maps/the%20steps.png")).set("/buffers/0", buffer);
     let scene = load(&folder.write("scene/scene.gltf", &gltf.text())).expect("its files are there");
     assert_eq!(scene.height_maps[0].name, "the steps.png");
 }
@@ -79,61 +62,34 @@ fn defaults_are_added_and_told() {
 
 #[test]
 fn a_scene_without_anything() {
-    let scene =
-        from_bytes(Path::new("a.gltf"), br#"{"asset": {"version": "2.0"}}"#).expect("valid");
+    let scene = from_bytes(Path::new("a.gltf"), br#"{"asset": {"version": "2.0"}}"#).expect("valid");
     assert!(scene.meshes.is_empty() && scene.bounds().is_none());
-    assert!(
-        scene
-            .with_defaults(1.0)
-            .camera
-            .is_some_and(|camera| camera.transform.is_finite())
-    );
+    assert!(scene.with_defaults(1.0).camera.is_some_and(|camera| camera.transform.is_finite()));
 }
 
 #[test]
 fn one_texel_maps_and_deep_maps() {
     let mut gltf = Gltf::quad();
     let one = DynamicImage::from(ImageBuffer::from_pixel(1, 1, Luma([51_u8])));
-    gltf.set(
-        "/images/0/uri",
-        json!(data_uri(&encode(&one, ImageFormat::Png))),
-    );
+    gltf.set("/images/0/uri", json!(data_uri(&encode(&one, ImageFormat::Png))));
     assert_eq!(gltf.loads().height_maps[0].min_max(), (0.2, 0.2));
     let deep = DynamicImage::from(ImageBuffer::from_pixel(3, 1, Rgb([0x1234_u16, 1, 2])));
-    gltf.set(
-        "/images/0/uri",
-        json!(data_uri(&encode(&deep, ImageFormat::Png))),
-    );
-    assert!(
-        matches!(&gltf.loads().height_maps[0].texels, HeightTexels::U16(texels) if *texels == [0x1234; 3])
-    );
+    gltf.set("/images/0/uri", json!(data_uri(&encode(&deep, ImageFormat::Png))));
+    assert!(matches!(&gltf.loads().height_maps[0].texels, HeightTexels::U16(texels) if *texels == [0x1234; 3]));
 }
 
 #[test]
 fn wrap_modes_and_filters() {
-    for (number, wrap) in [
-        (10497, Wrap::Repeat),
-        (33648, Wrap::Mirror),
-        (33071, Wrap::Clamp),
-    ] {
+    for (number, wrap) in [(10497, Wrap::Repeat), (33648, Wrap::Mirror), (33071, Wrap::Clamp)] {
         let mut gltf = Gltf::quad();
-        gltf.set(
-            "/samplers",
-            json!([{ "wrapT": number, "magFilter": 9728, "minFilter": 9729 }]),
-        )
-        .set("/textures/0/sampler", json!(0))
-        .set("/materials/0/emissiveTexture", json!({ "index": 0 }));
+        gltf.set("/samplers", json!([{ "wrapT": number, "magFilter": 9728, "minFilter": 9729 }]))
+            .set("/textures/0/sampler", json!(0))
+            .set("/materials/0/emissiveTexture", json!({ "index": 0 }));
         let scene = gltf.loads();
         let material = &scene.materials[0];
-        assert_eq!(
-            material.displacement.expect("displaced").wrap,
-            [Wrap::Repeat, wrap]
-        );
+        assert_eq!(material.displacement.expect("displaced").wrap, [Wrap::Repeat, wrap]);
         let sampler = material.emissive.expect("emissive").sampler;
-        assert_eq!(
-            (sampler.wrap, sampler.nearest, sampler.no_mips),
-            ([Wrap::Repeat, wrap], true, true)
-        );
+        assert_eq!((sampler.wrap, sampler.nearest, sampler.no_mips), ([Wrap::Repeat, wrap], true, true));
     }
 }
 
@@ -149,10 +105,7 @@ fn relative_scale_follows_the_areas() {
     assert_eq!(gltf.loads().meshes[0].primitives[0].displacement_scale, 1.0);
     // A texture transform does not count.
     let transform = json!({ "KHR_texture_transform": { "scale": [9, 9] } });
-    gltf.set(
-        "/materials/0/extras/displacement/texture/extensions",
-        transform,
-    );
+    gltf.set("/materials/0/extras/displacement/texture/extensions", transform);
     assert_eq!(gltf.loads().meshes[0].primitives[0].displacement_scale, 1.0);
 }
 
@@ -161,18 +114,9 @@ fn colour_and_data_are_stored_apart_and_once() {
     let mut gltf = Gltf::quad();
     let extension = json!({ "KHR_texture_transform": { "offset": [0.5, 0.25], "texCoord": 1 } });
     gltf.set("/materials/0/emissiveTexture", json!({ "index": 0 }))
-        .set(
-            "/materials/0/pbrMetallicRoughness",
-            json!({ "baseColorTexture": { "index": 0 } }),
-        )
-        .set(
-            "/materials/0/normalTexture",
-            json!({ "index": 0, "scale": 2, "extensions": extension }),
-        )
-        .set(
-            "/materials/0/occlusionTexture",
-            json!({ "index": 0, "strength": 0.5, "extensions": extension }),
-        );
+        .set("/materials/0/pbrMetallicRoughness", json!({ "baseColorTexture": { "index": 0 } }))
+        .set("/materials/0/normalTexture", json!({ "index": 0, "scale": 2, "extensions": extension }))
+        .set("/materials/0/occlusionTexture", json!({ "index": 0, "strength": 0.5, "extensions": extension }));
     let scene = gltf.loads();
     let material = &scene.materials[0];
     let (normal, scale) = material.normal.expect("set");
@@ -180,17 +124,11 @@ fn colour_and_data_are_stored_apart_and_once() {
     assert_eq!((scale, strength), (2.0, 0.5));
     assert_eq!(scene.images.len(), 2);
     assert!(scene.images[material.base_color.expect("set").image].srgb);
-    assert_eq!(
-        material.base_color.expect("set").image,
-        material.emissive.expect("set").image
-    );
+    assert_eq!(material.base_color.expect("set").image, material.emissive.expect("set").image);
     assert!(!scene.images[normal.image].srgb);
     for texture in [normal, occlusion] {
         assert_eq!(texture.tex_coord, 1, "the extension replaces the set");
-        assert_eq!(
-            texture.transform.transform_point2(DVec2::ZERO),
-            DVec2::new(0.5, 0.25)
-        );
+        assert_eq!(texture.transform.transform_point2(DVec2::ZERO), DVec2::new(0.5, 0.25));
     }
     assert_eq!(scene.images[0].rgba.len(), 16);
 }
@@ -198,46 +136,26 @@ fn colour_and_data_are_stored_apart_and_once() {
 #[test]
 fn what_the_scene_does_not_use_is_not_read() {
     let mut gltf = Gltf::plain();
-    gltf.push(
-        "/meshes",
-        json!({ "primitives": [{ "attributes": { "POSITION": 99 }, "material": 1 }] }),
-    );
-    gltf.push(
-        "/materials",
-        json!({ "name": "unused", "emissiveTexture": { "index": 5 } }),
-    );
+    gltf.push("/meshes", json!({ "primitives": [{ "attributes": { "POSITION": 99 }, "material": 1 }] }));
+    gltf.push("/materials", json!({ "name": "unused", "emissiveTexture": { "index": 5 } }));
     gltf.push("/nodes", json!({ "mesh": 1 }));
     let scene = gltf.loads();
-    assert_eq!(
-        (
-            scene.meshes.len(),
-            scene.materials.len(),
-            scene.instances.len()
-        ),
-        (2, 2, 1)
-    );
+    assert_eq!((scene.meshes.len(), scene.materials.len(), scene.instances.len()), (2, 2, 1));
     assert!(scene.meshes[1].primitives.is_empty());
     // Without any scene every node counts.
-    gltf.remove("/scene")
-        .remove("/scenes")
-        .fails("material 1 'unused'", "refers to texture 5");
+    gltf.remove("/scene").remove("/scenes").fails("material 1 'unused'", "refers to texture 5");
 }
 
 #[test]
 fn primitives_without_normals_are_flat_and_without_material_get_one() {
     let mut gltf = Gltf::quad();
-    gltf.remove("/meshes/0/primitives/0/attributes/NORMAL")
-        .remove("/meshes/0/primitives/0/material");
+    gltf.remove("/meshes/0/primitives/0/attributes/NORMAL").remove("/meshes/0/primitives/0/material");
     let scene = gltf.loads();
     let quad = &scene.meshes[0].primitives[0];
     assert_eq!(quad.normals, [Vec3::Z; 6]);
     assert_eq!(quad.triangles, [[0, 1, 2], [3, 4, 5]]);
     assert_eq!(quad.uvs[0].len(), 6);
-    assert_eq!(
-        scene.meshes[0].shell_normals.len(),
-        4,
-        "flat corners are welded again"
-    );
+    assert_eq!(scene.meshes[0].shell_normals.len(), 4, "flat corners are welded again");
     assert_eq!(quad.material, 1);
     assert_eq!(scene.materials[1].name, "default material");
 }
@@ -246,8 +164,7 @@ fn primitives_without_normals_are_flat_and_without_material_get_one() {
 fn strips_and_fans_without_indices() {
     for (mode, triangles) in [(5, [[0, 1, 2], [1, 3, 2]]), (6, [[1, 2, 0], [2, 3, 0]])] {
         let mut gltf = Gltf::plain();
-        gltf.remove("/meshes/0/primitives/0/indices")
-            .set("/meshes/0/primitives/0/mode", json!(mode));
+        gltf.remove("/meshes/0/primitives/0/indices").set("/meshes/0/primitives/0/mode", json!(mode));
         assert_eq!(gltf.loads().meshes[0].primitives[0].triangles, triangles);
     }
 }
@@ -258,8 +175,7 @@ fn coordinates_in_integers_and_strides() {
     // Four texture coordinates of two normalized bytes, each followed by two bytes of something else.
     let bytes = [0, 255, 7, 7, 255, 255, 7, 7, 255, 0, 7, 7, 51, 0];
     let uvs = gltf.accessor("VEC2", 5121, 4, &bytes);
-    gltf.set("/bufferViews/4/byteStride", json!(4))
-        .set(&format!("/accessors/{uvs}/normalized"), json!(true));
+    gltf.set("/bufferViews/4/byteStride", json!(4)).set(&format!("/accessors/{uvs}/normalized"), json!(true));
     gltf.set("/meshes/0/primitives/0/attributes/TEXCOORD_1", json!(uvs));
     let scene = gltf.loads();
     assert_eq!(scene.meshes[0].primitives[0].uvs[1][3], Vec2::new(0.2, 0.0));
@@ -278,17 +194,9 @@ fn transforms_are_composed_depth_first() {
         ]),
     );
     let scene = gltf.loads();
-    let names: Vec<_> = scene
-        .instances
-        .iter()
-        .map(|instance| instance.name.as_str())
-        .collect();
+    let names: Vec<_> = scene.instances.iter().map(|instance| instance.name.as_str()).collect();
     assert_eq!(names, ["first child", "child", "last"]);
-    let at = |i: usize| {
-        scene.instances[i]
-            .transform
-            .transform_point3(DVec3::new(1.0, 1.0, 0.0))
-    };
+    let at = |i: usize| scene.instances[i].transform.transform_point3(DVec3::new(1.0, 1.0, 0.0));
     // A quarter turn about z, from a quaternion that is not normalised.
     assert!(at(0).abs_diff_eq(DVec3::new(0.0, 3.0, 3.0), 1e-12));
     assert!(at(1).abs_diff_eq(DVec3::new(-1.0, 1.0, 3.0), 1e-12));
@@ -325,35 +233,17 @@ fn cameras_and_lights_in_the_order_of_nodes() {
         );
     let scene = gltf.loads();
     let camera = scene.camera.expect("two cameras");
-    assert!(matches!(
-        camera.projection,
-        Projection::Orthographic {
-            y_mag: 2.0,
-            near: 0.0,
-            far: 9.0
-        }
-    ));
+    assert!(matches!(camera.projection, Projection::Orthographic { y_mag: 2.0, near: 0.0, far: 9.0 }));
     let basis = camera.transform.matrix3;
-    assert!(
-        (basis.determinant() - 1.0).abs() < 1e-12,
-        "scale and mirroring are gone"
-    );
+    assert!((basis.determinant() - 1.0).abs() < 1e-12, "scale and mirroring are gone");
     assert_eq!(basis.z_axis, DVec3::NEG_Z);
     assert_eq!(camera.transform.translation, DVec3::new(1.0, 2.0, 3.0));
     assert_eq!(scene.lights.len(), 2);
     let [spot, sun] = [scene.lights[0], scene.lights[1]];
-    assert!(
-        matches!(spot.kind, LightKind::Spot { inner: 0.0, outer } if outer == std::f64::consts::FRAC_PI_2)
-    );
-    assert_eq!(
-        (spot.position, spot.direction, spot.range),
-        (DVec3::new(1.0, 2.0, 3.0), DVec3::Z, Some(5.0))
-    );
+    assert!(matches!(spot.kind, LightKind::Spot { inner: 0.0, outer } if outer == std::f64::consts::FRAC_PI_2));
+    assert_eq!((spot.position, spot.direction, spot.range), (DVec3::new(1.0, 2.0, 3.0), DVec3::Z, Some(5.0)));
     assert_eq!(sun.intensity, DVec3::new(4.0, 2.0, 0.0));
-    assert!(
-        sun.direction.abs_diff_eq(DVec3::Z, 1e-12),
-        "turned about x by half a turn"
-    );
+    assert!(sun.direction.abs_diff_eq(DVec3::Z, 1e-12), "turned about x by half a turn");
 }
 
 /// The repository's own models, where they have been made.

@@ -51,15 +51,7 @@ impl Gltf {
             }),
             bytes: Vec::new(),
         };
-        gltf.floats(
-            "VEC3",
-            &[
-                [0.0, 0.0, 0.0],
-                [1.0, 0.0, 0.0],
-                [1.0, 1.0, 0.0],
-                [0.0, 1.0, 0.0],
-            ],
-        );
+        gltf.floats("VEC3", &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
         gltf.floats("VEC3", &[[0.0, 0.0, 1.0]; 4]);
         gltf.floats("VEC2", &[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
         gltf.indices(&[0, 1, 2, 0, 2, 3]);
@@ -75,11 +67,7 @@ impl Gltf {
 
     /// Adds an accessor of floats and returns its index.
     fn floats<const N: usize>(&mut self, kind: &str, values: &[[f32; N]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
+        let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
         self.accessor(kind, 5126, values.len(), &bytes)
     }
 
@@ -91,8 +79,7 @@ impl Gltf {
 
     fn accessor(&mut self, kind: &str, component: u32, count: usize, bytes: &[u8]) -> usize {
         let view = self.view(bytes);
-        let accessor =
-            json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
+        let accessor = json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
         self.push("/accessors", accessor)
     }
 
@@ -101,18 +88,11 @@ impl Gltf {
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(bytes);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        self.push(
-            "/bufferViews",
-            json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }),
-        )
+        self.push("/bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
     fn push(&mut self, list: &str, value: Value) -> usize {
-        let list = self
-            .json
-            .pointer_mut(list)
-            .and_then(Value::as_array_mut)
-            .expect("a list of the quad");
+        let list = self.json.pointer_mut(list).and_then(Value::as_array_mut).expect("a list of the quad");
         list.push(value);
         list.len() - 1
     }
@@ -120,10 +100,7 @@ impl Gltf {
     /// Sets the value at a JSON pointer; its last key may be new.
     fn set(&mut self, pointer: &str, value: Value) -> &mut Self {
         let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
-        let parent = self
-            .json
-            .pointer_mut(parent)
-            .unwrap_or_else(|| panic!("nothing at {parent}"));
+        let parent = self.json.pointer_mut(parent).unwrap_or_else(|| panic!("nothing at {parent}"));
         match key.parse::<usize>() {
             Ok(index) if parent.is_array() => parent[index] = value,
             _ => parent[key] = value,
@@ -134,26 +111,16 @@ impl Gltf {
     /// Removes the key at a JSON pointer.
     fn remove(&mut self, pointer: &str) -> &mut Self {
         let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
-        let parent = self
-            .json
-            .pointer_mut(parent)
-            .and_then(Value::as_object_mut)
-            .expect("an object");
-        parent
-            .remove(key)
-            .unwrap_or_else(|| panic!("nothing at {pointer}"));
+        let parent = self.json.pointer_mut(parent).and_then(Value::as_object_mut).expect("an object");
+        parent.remove(key).unwrap_or_else(|| panic!("nothing at {pointer}"));
         self
     }
 
     /// Overwrites a float of an accessor's view.
     fn poke(&mut self, accessor: usize, float: usize, value: f32) -> &mut Self {
-        let view = &self.json["bufferViews"][self.json["accessors"][accessor]["bufferView"]
-            .as_u64()
-            .unwrap_or(0) as usize];
-        let offset = view["byteOffset"]
-            .as_u64()
-            .expect("the quad's views have offsets") as usize
-            + 4 * float;
+        let view =
+            &self.json["bufferViews"][self.json["accessors"][accessor]["bufferView"].as_u64().unwrap_or(0) as usize];
+        let offset = view["byteOffset"].as_u64().expect("the quad's views have offsets") as usize + 4 * float;
         self.bytes[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
         self
     }
@@ -162,9 +129,7 @@ impl Gltf {
     fn text(&self) -> Vec<u8> {
         let mut gltf = self.clone();
         if let Some(Value::Object(buffer)) = gltf.json.pointer_mut("/buffers/0") {
-            buffer
-                .entry("byteLength")
-                .or_insert(json!(self.bytes.len()));
+            buffer.entry("byteLength").or_insert(json!(self.bytes.len()));
             buffer.entry("uri").or_insert(json!(data_uri(&self.bytes)));
         }
         gltf.json.to_string().into_bytes()
@@ -215,20 +180,9 @@ impl Gltf {
 #[track_caller]
 fn assert_fails(result: Result<Scene>, wanted_object: &str, wanted_problem: &str) {
     match result {
-        Err(Error::Input {
-            object,
-            problem,
-            mend,
-            ..
-        }) => {
-            assert!(
-                object.contains(wanted_object),
-                "object '{object}' lacks '{wanted_object}' ({problem})"
-            );
-            assert!(
-                problem.contains(wanted_problem),
-                "problem '{problem}' lacks '{wanted_problem}'"
-            );
+        Err(Error::Input { object, problem, mend, .. }) => {
+            assert!(object.contains(wanted_object), "object '{object}' lacks '{wanted_object}' ({problem})");
+            assert!(problem.contains(wanted_problem), "problem '{problem}' lacks '{wanted_problem}'");
             assert!(!mend.is_empty());
         }
         Err(error) => panic!("another kind of error: {error}"),
@@ -240,9 +194,7 @@ fn data_uri(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut uri = "data:application/octet-stream;base64,".to_owned();
     for group in bytes.chunks(3) {
-        let bits = (0..3).fold(0, |bits, i| {
-            bits << 8 | u32::from(*group.get(i).unwrap_or(&0))
-        });
+        let bits = (0..3).fold(0, |bits, i| bits << 8 | u32::from(*group.get(i).unwrap_or(&0)));
         for i in 0..4 {
             let digit = DIGITS[(bits >> (18 - 6 * i) & 63) as usize];
             uri.push(if i <= group.len() { digit.into() } else { '=' });
@@ -269,11 +221,7 @@ struct Folder(PathBuf);
 impl Folder {
     fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let name = format!(
-            "prism-scene-{}-{}",
-            std::process::id(),
-            COUNT.fetch_add(1, Ordering::Relaxed)
-        );
+        let name = format!("prism-scene-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
         let path = std::env::temp_dir().join(name);
         fs::create_dir_all(path.join("scene/maps")).expect("a temporary folder");
         Folder(path)

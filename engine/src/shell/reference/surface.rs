@@ -52,14 +52,22 @@ pub(super) struct Side {
     pub(super) corners: [usize; 2],
 }
 
+/// What a wall stands against.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Outer {
+    /// The neighbour's surface.
+    Neighbour(Side),
+    /// The floor of an open border, at this t.
+    Floor(f64),
+}
+
 /// The ruled surface over an edge between two heights. The edge runs counter-clockwise around `inner`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wall {
     pub(super) positions: [DVec3; 2],
     pub(super) lifts: [DVec3; 2],
     pub(super) inner: Side,
-    /// The neighbour, or the t of an open border's floor.
-    pub(super) outer: Result<Side, f64>,
+    pub(super) outer: Outer,
     pub(super) t_range: [f64; 2],
 }
 
@@ -70,6 +78,16 @@ pub(super) struct Surface {
     pub(super) walls: Vec<Wall>,
     /// Over the facets, then the walls.
     pub(super) bvh: Bvh,
+}
+
+impl Outer {
+    /// The neighbour, where there is one.
+    pub(super) fn neighbour(self) -> Option<Side> {
+        match self {
+            Outer::Neighbour(side) => Some(side),
+            Outer::Floor(_) => None,
+        }
+    }
 }
 
 impl Facet {
@@ -219,9 +237,10 @@ fn walls(scene: &Scene, mesh: &Mesh, facets: &[Facet], welds: &[[usize; 3]], fie
             edges.entry([a.min(b), a.max(b)]).or_default().push((a < b, Side { facet: f, corners }));
         }
     }
-    let wall = |inner: Side, outer: Result<Side, f64>| {
+    let wall = |inner: Side, outer: Outer| {
         let facet = &facets[inner.facet];
-        let ranges = [Some(inner), outer.ok()].map(|s| s.and_then(|s| facets[s.facet].relief).map(|r| r.t_range));
+        let ranges =
+            [Some(inner), outer.neighbour()].map(|s| s.and_then(|s| facets[s.facet].relief).map(|r| r.t_range));
         let t_range = ranges.into_iter().flatten().fold([0.0f64; 2], |[a, b], [lo, hi]| [a.min(lo), b.max(hi)]);
         let wall = Wall {
             positions: inner.corners.map(|k| facet.positions[k]),
@@ -239,7 +258,7 @@ fn walls(scene: &Scene, mesh: &Mesh, facets: &[Facet], welds: &[[usize; 3]], fie
         {
             let turned = Side { facet: second.facet, corners: [second.corners[1], second.corners[0]] };
             if may_step(facets, first, turned) {
-                walls.extend(wall(first, Ok(turned)));
+                walls.extend(wall(first, Outer::Neighbour(turned)));
             }
             continue;
         }
@@ -250,7 +269,7 @@ fn walls(scene: &Scene, mesh: &Mesh, facets: &[Facet], welds: &[[usize; 3]], fie
                 && displacement.border_wall
             {
                 let floor = (fields[relief.field].extent[0] - relief.midlevel) * relief.scale;
-                walls.extend(wall(side, Err(floor)));
+                walls.extend(wall(side, Outer::Floor(floor)));
             }
         }
     }

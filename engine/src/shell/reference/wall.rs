@@ -4,7 +4,7 @@ use super::{
     bezier::quadratic_roots,
     height::HeightField,
     prism::{Accept, Found, OVERLAP, Ray},
-    surface::{Facet, Side, Wall},
+    surface::{Facet, Outer, Side, Wall},
 };
 
 /// A step below this share of the height range is rounding: the hit is on the surface that begins there.
@@ -49,7 +49,10 @@ fn crossing(ray: &Ray, facets: &[Facet], wall: &Wall, fields: &[HeightField], ac
     };
     let surface = |side: Side| facets[side.facet].surface_t(fields, lambda(side));
     let inner = surface(wall.inner).0;
-    let outer = wall.outer.map_or_else(|floor| floor, |side| surface(side).0);
+    let outer = match wall.outer {
+        Outer::Neighbour(side) => surface(side).0,
+        Outer::Floor(t) => t,
+    };
     if t < inner.min(outer) || t > inner.max(outer) {
         return None;
     }
@@ -57,13 +60,13 @@ fn crossing(ray: &Ray, facets: &[Facet], wall: &Wall, fields: &[HeightField], ac
     // The edge runs counter-clockwise around the inner facet, so this points away from it.
     let outward = (ends[1] - ends[0]).cross(lift);
     let leaves = ray.direction.dot(outward) > 0.0;
-    let higher = wall.outer.ok().filter(|_| outer > inner).unwrap_or(wall.inner);
+    let higher = wall.outer.neighbour().filter(|_| outer > inner).unwrap_or(wall.inner);
     let rises = (outer > inner) == leaves;
     let distance = ray.distance(ends[0].lerp(ends[1], along));
     if !accept.takes(distance, rises, facets[higher.facet].double_sided) {
         return None;
     }
-    let entered = wall.outer.ok().filter(|_| leaves).unwrap_or(wall.inner);
+    let entered = wall.outer.neighbour().filter(|_| leaves).unwrap_or(wall.inner);
     let facet = &facets[entered.facet];
     let on_wall = (inner - outer).abs() > STEP * (wall.t_range[1] - wall.t_range[0]);
     let normal = if !on_wall {

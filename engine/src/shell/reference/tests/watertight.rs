@@ -24,6 +24,40 @@ fn no_ray_into_a_closed_torus_misses_it() {
 }
 
 #[test]
+fn walls_close_a_torus_whose_every_triangle_has_its_own_uv() {
+    let whole = torus(16, 10).primitives.remove(0);
+    let mut random = Random(53);
+    let corners: Vec<usize> = whole.triangles.iter().flatten().map(|v| *v as usize).collect();
+    let uvs = (0..corners.len()).map(|_| Vec2::new(random.next() as f32, random.next() as f32)).collect();
+    let triangles = (0..whole.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let own = mesh(
+        corners.iter().map(|v| whole.positions[*v]).collect(),
+        corners.iter().map(|v| whole.normals[*v]).collect(),
+        uvs,
+        triangles,
+    );
+    let reference = Reference::new(&scene(own, Some(displacement(0.2, 0.5)), waves(16)));
+    let surface = &reference.surfaces[0];
+    assert_eq!(surface.walls.len(), 3 * whole.triangles.len() / 2);
+    let mut on_walls = 0;
+    for n in 0..30_000 {
+        let facet = &surface.facets[random.within(0.0, surface.facets.len() as f64) as usize];
+        let along = if n % 5 == 0 { (random.next() * 2.0).floor() } else { random.next() };
+        let edge = facet.point([1.0 - along, along, 0.0], random.within(-0.1, 0.1));
+        let angle = edge.y.atan2(edge.x);
+        let core = DVec3::new(angle.cos(), angle.sin(), 0.0);
+        // From outside at a slant, past the edge, into the core.
+        let origin = edge + (edge - core).normalize() * 0.5 + random.direction() * 0.2;
+        let hit = reference.trace(origin, edge - origin, 0.0);
+        let into = reference.trace(origin, core - origin, 0.0).expect("the torus is closed");
+        assert!(into.distance < 1.0);
+        on_walls += u32::from(hit.is_some_and(|h| h.on_wall)) + u32::from(into.on_wall);
+        assert!(reference.blocked(core, origin - core, [0.0, 1.0]), "and so it is from within");
+    }
+    assert!(on_walls > 1000, "{on_walls}");
+}
+
+#[test]
 fn a_ray_along_a_shared_wall_is_seen_by_both_prisms_alike() {
     let scene = scene(square(), Some(displacement(0.3, 0.5)), waves(16));
     let reference = Reference::new(&scene);

@@ -1,0 +1,239 @@
+//! The structs that Rust and GLSL share. They stand here once; [`glsl`] writes the shader's side of them, which the
+//! compiler gets as the include `layout.glsl`.
+//!
+//! Only 16-byte members (and `uint`s in groups of four) are used, so std140, std430 and `repr(C)` place them alike;
+//! a test compares the offsets with those in the SPIR-V.
+
+use std::fmt::Write as _;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec4, Vec4};
+
+/// A member type with the same layout on both sides.
+trait Member {
+    /// The GLSL type and the array suffix of its declarator.
+    const GLSL: (&'static str, &'static str);
+}
+
+impl Member for Vec4 {
+    const GLSL: (&'static str, &'static str) = ("vec4", "");
+}
+impl Member for UVec4 {
+    const GLSL: (&'static str, &'static str) = ("uvec4", "");
+}
+impl Member for [Vec4; 2] {
+    const GLSL: (&'static str, &'static str) = ("vec4", "[2]");
+}
+impl Member for [Vec4; 3] {
+    const GLSL: (&'static str, &'static str) = ("vec4", "[3]");
+}
+impl Member for u32 {
+    const GLSL: (&'static str, &'static str) = ("uint", "");
+}
+
+macro_rules! shared {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$member_doc:meta])* $member:ident: $type:ty,)* })*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+            #[repr(C)]
+            pub struct $name { $($(#[$member_doc])* pub $member: $type,)* }
+
+            #[cfg(test)]
+            impl $name {
+                /// Name and offset of each member.
+                const MEMBERS: &'static [(&'static str, usize)] =
+                    &[$((stringify!($member), std::mem::offset_of!($name, $member)),)*];
+            }
+        )*
+
+        /// The GLSL declarations of all shared structs.
+        pub fn glsl() -> String {
+            let mut text = String::from("// Written by render/layout.rs.\n#ifndef LAYOUT_GLSL\n#define LAYOUT_GLSL\n");
+            $(
+                writeln!(text, "struct {} {{", stringify!($name)).expect("writes to a String");
+                $({
+                    let (name, suffix) = <$type as Member>::GLSL;
+                    writeln!(text, "    {name} {}{suffix};", stringify!($member)).expect("writes to a String");
+                })*
+                text.push_str("};\n");
+            )*
+            text.push_str("#endif\n");
+            text
+        }
+    };
+}
+
+shared! {
+    /// One frame's view.
+    Frame {
+        /// Width, height, 1 / width, 1 / height of the picture.
+        viewport: Vec4,
+        /// Depth buffer value = (x · d + y) [/ d in perspective] of view depth d; near and far view depth in z and w.
+        lens: Vec4,
+        /// World direction of view (xyz).
+        forward: Vec4,
+        /// Irradiance / π from above (rgb).
+        sky: Vec4,
+        /// Irradiance / π from below (rgb).
+        ground: Vec4,
+        /// Lights, 1 in perspective.
+        counts: UVec4,
+    }
+    /// One light, camera-relative.
+    Light {
+        /// Colour times intensity; w: 0 directional, 1 point or spot.
+        intensity: Vec4,
+        /// Position; w: 1 / range⁴, 0 without a range.
+        position: Vec4,
+        /// Direction the light travels, unit.
+        direction: Vec4,
+        /// Cone: clamp(cos · x + y) is its edge's fade; a point light has (0, 1).
+        spot: Vec4,
+    }
+    /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the primitive's centre.
+    Object {
+        /// Row of mesh to clip x.
+        clip_x: Vec4,
+        /// Row of mesh to clip y (down).
+        clip_y: Vec4,
+        /// Row of mesh to clip w.
+        clip_w: Vec4,
+        /// Row of mesh to view depth.
+        depth: Vec4,
+        /// Rows of mesh to camera-relative world.
+        world_x: Vec4,
+        /// See `world_x`.
+        world_y: Vec4,
+        /// See `world_x`.
+        world_z: Vec4,
+        /// Rows of the inverse transpose of mesh to world.
+        normal_x: Vec4,
+        /// See `normal_x`.
+        normal_y: Vec4,
+        /// See `normal_x`.
+        normal_z: Vec4,
+        /// In mesh space: the eye (w = 1), or the direction toward it (orthographic, w = 0).
+        eye: Vec4,
+        /// x: sign of the determinant of the linear rows x, y, w (view depth when orthographic).
+        handedness: Vec4,
+    }
+    /// One vertex.
+    Vertex {
+        /// Position, rebased to the primitive's centre; w unused.
+        position: Vec4,
+        /// Shell normal times its fold factor r; w: u of the height map.
+        shell: Vec4,
+        /// Shading normal; w: v of the height map.
+        normal: Vec4,
+        /// Shading tangent and handedness; zero where the material needs none.
+        tangent: Vec4,
+        /// UV sets 0 and 1, as in the file.
+        uvs: Vec4,
+    }
+    /// One prism.
+    PrismData {
+        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order.
+        corners: UVec4,
+        /// Lowest and highest level.
+        range: Vec4,
+        /// Height map coordinates across wall k, at its canonical first and second corner.
+        neighbour_uv: [Vec4; 3],
+    }
+    /// One primitive's material.
+    Material {
+        /// Linear base colour factor.
+        base_color: Vec4,
+        /// Roughness, metallic, normal map scale, occlusion strength.
+        factors: Vec4,
+        /// Emissive factor; w: alpha cut-off.
+        emissive: Vec4,
+        /// Scale, midlevel, lowest and highest level of the whole map.
+        displacement: Vec4,
+        /// Least and greatest UV of the primitive in the height map.
+        uv_bounds: Vec4,
+        /// Fewest and most linear steps, bisections, 1 if two-sided.
+        march: UVec4,
+        /// Rows of the texture transform, as (a, b, offset, unused).
+        base_color_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        metallic_roughness_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        normal_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        occlusion_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        emissive_uv: [Vec4; 2],
+    }
+    /// Push constants of one draw.
+    Draw {
+        /// Index of the object.
+        object: u32,
+        /// Prisms of the draw (mesh stage).
+        prism_count: u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::gpu::{BlockMember, ShaderStage};
+    use crate::render::shader_compiler;
+
+    /// Compares the members of `prefix` in a block with a struct's; returns how many were there.
+    fn compare(members: &[BlockMember], prefix: &str, expected: &[(&str, usize)]) -> usize {
+        let mut found = BTreeSet::new();
+        for member in members {
+            let Some(name) = member.path.strip_prefix(prefix) else { continue };
+            if let Some((_, offset)) = expected.iter().find(|(n, _)| *n == name.trim_end_matches("[]")) {
+                assert_eq!(member.offset as usize, *offset, "{prefix}{name}");
+                found.insert(name.trim_end_matches("[]"));
+            }
+        }
+        found.len()
+    }
+
+    #[test]
+    fn the_shaders_place_every_member_where_rust_does() {
+        let mut compiler = shader_compiler(None).unwrap();
+        let defines = |names: &[&'static str]| -> Vec<(&'static str, String)> {
+            names.iter().map(|n| (*n, if n.ends_with("_UV") { "0".into() } else { String::new() })).collect()
+        };
+        let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
+        shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
+        shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
+        let mut surface = shell.clone();
+        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        let mut seen = BTreeSet::new();
+        for (path, stage, defines) in [
+            ("render/shell.frag", ShaderStage::Fragment, &shell),
+            ("render/surface.frag", ShaderStage::Fragment, &surface),
+            ("render/shell.mesh", ShaderStage::Mesh, &shell),
+        ] {
+            let shader = compiler.compile(path, stage, defines).unwrap();
+            for block in &shader.reflection.bindings {
+                let (prefix, expected, size) = match block.name.as_str() {
+                    "FrameBlock" => ("frame.", Frame::MEMBERS, None),
+                    "MaterialBlock" => ("material.", Material::MEMBERS, None),
+                    "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
+                    "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
+                    "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
+                    "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
+                    _ => continue,
+                };
+                assert_eq!(compare(&block.members, prefix, expected), expected.len(), "{path}: {}", block.name);
+                if let Some(size) = size {
+                    let array = block.members.iter().find(|m| m.path.starts_with("item")).unwrap();
+                    assert_eq!(array.stride, Some(size as u32), "{path}: {}", block.name);
+                }
+                seen.insert(block.name.clone());
+            }
+            let draw = &shader.reflection.push_constants;
+            assert!(compare(draw, "draw.", Draw::MEMBERS) > 0, "{path}: push constants");
+        }
+        let all = ["FrameBlock", "MaterialBlock", "lights", "objects", "prisms", "vertices"];
+        assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), all);
+    }
+}

@@ -1,0 +1,189 @@
+//! What a scene needs under given settings on a given device: pure, before anything is created.
+
+use std::ops::Range;
+
+use super::variant::{Geometry, Height, Variant};
+use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
+use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::shell::{certificate, prisms, prisms::ShellGeometry};
+
+/// One draw: a primitive of an instance, or the part of it that its variant draws.
+#[derive(Clone, Debug)]
+pub struct Draw {
+    /// Index of the instance.
+    pub instance: usize,
+    /// Index into [`Plan::primitives`].
+    pub primitive: usize,
+    /// Shader code and state.
+    pub variant: Variant,
+    /// Triangles or prisms of the primitive's buffers.
+    pub range: Range<u32>,
+}
+
+/// A primitive that is drawn, once whatever the number of its instances.
+#[derive(Clone, Debug)]
+pub struct PlannedPrimitive {
+    /// Index of the mesh.
+    pub mesh: usize,
+    /// Index in the mesh.
+    pub primitive: usize,
+    /// Prisms, and the triangles that stay plain; empty without displacement or without a shell.
+    pub shell: ShellGeometry,
+    /// r of each of its vertices (DESIGN section 1).
+    pub factors: Vec<f64>,
+}
+
+/// The plan.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Primitives to upload.
+    pub primitives: Vec<PlannedPrimitive>,
+    /// Draws, in order.
+    pub draws: Vec<Draw>,
+    /// The stage of the shell's geometry; none where no shell is drawn.
+    pub stage: Option<Stage>,
+    /// Sentences for the user.
+    pub notices: Vec<String>,
+}
+
+/// Whether any draw of the scene would be a shell under these settings, whatever the device.
+pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
+    settings.resolved_shell() != Shell::Off
+        && scene
+            .instances
+            .iter()
+            .flat_map(|i| &scene.meshes[i.mesh].primitives)
+            .any(|p| prisms::displacement(scene, p).is_some())
+}
+
+/// Makes the plan. `stage`: mesh or geometry, as the device allows.
+pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
+    let shell = settings.resolved_shell() != Shell::Off;
+    let mut plan = Plan::default();
+    // First planned primitive of each mesh.
+    let mut first = vec![None; scene.meshes.len()];
+    for (index, instance) in scene.instances.iter().enumerate() {
+        let start = *first[instance.mesh].get_or_insert_with(|| plan_mesh(scene, instance.mesh, shell, &mut plan));
+        for offset in 0..scene.meshes[instance.mesh].primitives.len() {
+            plan_draws(scene, settings, stage, aov, index, instance, start + offset, &mut plan);
+        }
+    }
+    if plan.draws.iter().any(|d| matches!(d.variant.geometry, Geometry::Shell(_))) {
+        plan.stage = Some(stage);
+    }
+    plan
+}
+
+/// Plans a mesh's primitives and returns the index of the first.
+fn plan_mesh(scene: &Scene, index: usize, shell: bool, plan: &mut Plan) -> usize {
+    let start = plan.primitives.len();
+    let mesh = &scene.meshes[index];
+    let mut shells = vec![ShellGeometry::default(); mesh.primitives.len()];
+    let mut factors = vec![0.0; mesh.shell_normals.len()];
+    if shell && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
+        let folds = certificate::mesh_folds(scene, mesh);
+        if !folds.reduced.is_empty() {
+            plan.notices.push(format!(
+                "mesh '{}': {} shell normals are shortened to keep prisms from folding, {} triangles stay plain",
+                mesh.name,
+                folds.reduced.len(),
+                folds.plain.len()
+            ));
+        }
+        shells = prisms::build(scene, mesh, &folds.factors);
+        factors = folds.factors;
+    }
+    for (p, shell) in shells.into_iter().enumerate() {
+        let factors = mesh.primitives[p].weld.iter().map(|w| factors[*w as usize]).collect();
+        plan.primitives.push(PlannedPrimitive { mesh: index, primitive: p, shell, factors });
+    }
+    start
+}
+
+#[allow(clippy::too_many_arguments)]
+fn plan_draws(
+    scene: &Scene,
+    settings: &Settings,
+    stage: Stage,
+    aov: bool,
+    index: usize,
+    instance: &Instance,
+    planned: usize,
+    plan: &mut Plan,
+) {
+    let geometry = &plan.primitives[planned];
+    let primitive = &scene.meshes[instance.mesh].primitives[geometry.primitive];
+    let material = &scene.materials[primitive.material];
+    let displacement = prisms::displacement(scene, primitive);
+    let shell = settings.resolved_shell() != Shell::Off && displacement.is_some();
+    let plain = Variant {
+        geometry: Geometry::Surface,
+        textures: textures(material),
+        height: None,
+        alpha_mask: material.alpha_cutoff.is_some(),
+        double_sided: material.double_sided,
+        mirrored: instance.transform.matrix3.determinant() < 0.0,
+        lights: !scene.lights.is_empty(),
+        aov,
+        aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
+    };
+    let mut push = |variant: Variant, range: Range<u32>| {
+        if !range.is_empty() {
+            plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
+        }
+    };
+    if shell {
+        let prisms = geometry.shell.prisms.len() as u32;
+        let triangles = geometry.shell.plain.len() as u32;
+        let height = height(&displacement.expect("a shell has one"), settings, true);
+        push(plain, 0..triangles);
+        push(
+            Variant {
+                geometry: Geometry::Shell(stage),
+                height: Some(height),
+                mirrored: false,
+                double_sided: false,
+                ..plain
+            },
+            0..prisms,
+        );
+    } else {
+        let height = displacement
+            .filter(|_| settings.march != March::None)
+            .map(|d| height(&d, settings, false))
+            .map(|h| Height { self_shadow: h.self_shadow && plain.lights, ..h });
+        push(Variant { height, ..plain }, 0..primitive.triangles.len() as u32);
+    }
+}
+
+fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
+    let traces = !shell && settings.march.traces();
+    Height {
+        wrap: displacement.wrap,
+        march: settings.march,
+        uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
+        depth_offset: traces && settings.depth_offset,
+        self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
+    }
+}
+
+/// UV set of each texture slot.
+fn textures(material: &Material) -> [Option<u8>; 5] {
+    texture_refs(material).map(|t| t.map(|t| t.tex_coord as u8))
+}
+
+/// The textures of a material in slot order.
+pub fn texture_refs(material: &Material) -> [Option<TextureRef>; 5] {
+    [
+        material.base_color,
+        material.metallic_roughness,
+        material.normal.map(|(t, _)| t),
+        material.occlusion.map(|(t, _)| t),
+        material.emissive,
+    ]
+}
+
+/// The primitive behind a planned one.
+pub fn source<'a>(scene: &'a Scene, planned: &PlannedPrimitive) -> &'a Primitive {
+    &scene.meshes[planned.mesh].primitives[planned.primitive]
+}

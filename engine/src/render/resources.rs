@@ -1,0 +1,266 @@
+//! What a plan has on the GPU: images, buffers and descriptor sets.
+
+use std::collections::{HashMap, hash_map::Entry};
+
+use glam::DVec3;
+
+use super::geometry::PrimitiveData;
+use super::layout::{Frame, Light, Object};
+use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
+use super::variant::{TEXTURE_NAMES, Variant};
+use crate::error::{Error, Result};
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, Context, DescriptorSet, Image, ImageDesc, MemoryLocation, Pipeline, Sampler,
+    SamplerDesc, Uploader, vk,
+};
+use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
+use crate::settings::Settings;
+
+/// Largest anisotropy of colour textures, where the device has the feature.
+const ANISOTROPY: f32 = 8.0;
+
+/// The images that the plan's draws read, and their samplers.
+#[derive(Default)]
+pub struct Images {
+    color: HashMap<usize, Image>,
+    heights: HashMap<usize, Image>,
+    samplers: HashMap<SceneSampler, Sampler>,
+    /// For `texelFetch` only: wrap and filter are the shader's own.
+    height_sampler: Option<Sampler>,
+}
+
+impl Images {
+    /// Uploads what `plan` reads and is not here yet.
+    pub fn complete(&mut self, ctx: &Context, scene: &Scene, plan: &Plan) -> Result<()> {
+        let mut uploader = Uploader::new(ctx)?;
+        for draw in &plan.draws {
+            let primitive = source(scene, &plan.primitives[draw.primitive]);
+            let material = &scene.materials[primitive.material];
+            for texture in texture_refs(material).into_iter().flatten() {
+                if let Entry::Vacant(entry) = self.color.entry(texture.image) {
+                    entry.insert(upload_color(ctx, &mut uploader, scene, texture.image)?);
+                }
+                if let Entry::Vacant(entry) = self.samplers.entry(texture.sampler) {
+                    entry.insert(sampler(ctx, texture.sampler)?);
+                }
+            }
+            if let (Some(_), Some(displacement)) = (draw.variant.height, material.displacement) {
+                if let Entry::Vacant(entry) = self.heights.entry(displacement.map) {
+                    let map = &scene.height_maps[displacement.map];
+                    entry.insert(upload_height(ctx, &mut uploader, scene, map)?);
+                }
+                if self.height_sampler.is_none() {
+                    let desc = SamplerDesc {
+                        mag: vk::Filter::NEAREST,
+                        min: vk::Filter::NEAREST,
+                        mip: vk::SamplerMipmapMode::NEAREST,
+                        ..SamplerDesc::default()
+                    };
+                    self.height_sampler = Some(Sampler::new(ctx, &desc)?);
+                }
+            }
+        }
+        uploader.finish()
+    }
+
+    /// The image bindings of one draw.
+    fn bindings(&self, scene: &Scene, planned: &PlannedPrimitive, variant: &Variant) -> Vec<(&str, Binding<'_>)> {
+        let material = &scene.materials[source(scene, planned).material];
+        let mut bindings: Vec<_> = TEXTURE_NAMES
+            .into_iter()
+            .zip(texture_refs(material))
+            .filter_map(|(name, texture)| {
+                let texture = texture?;
+                Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
+            })
+            .collect();
+        if let (Some(_), Some(displacement), Some(sampler)) =
+            (variant.height, material.displacement, &self.height_sampler)
+        {
+            bindings.push(("height_map", Binding::Image(&self.heights[&displacement.map], sampler)));
+        }
+        bindings
+    }
+}
+
+/// Refuses an image that the device cannot hold.
+fn check_size(ctx: &Context, scene: &Scene, name: &str, extent: [u32; 2]) -> Result<()> {
+    let most = ctx.max_image_2d();
+    if extent.iter().all(|n| *n <= most) {
+        return Ok(());
+    }
+    Err(Error::input(
+        &scene.file,
+        format!("image '{name}'"),
+        format!("{} x {} texels, and '{}' holds at most {most} a side", extent[0], extent[1], ctx.device_name()),
+        "scale the image down",
+    ))
+}
+
+fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: usize) -> Result<Image> {
+    let image = &scene.images[index];
+    let extent = [image.width, image.height];
+    check_size(ctx, scene, &image.name, extent)?;
+    let format = if image.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
+    uploader.image_with_mips(&image_desc(&image.name, extent, format), &image.rgba)
+}
+
+/// At the depth of its file; where the device cannot sample 16-bit integers, as f32, which holds them exactly.
+fn upload_height(ctx: &Context, uploader: &mut Uploader, scene: &Scene, map: &HeightMap) -> Result<Image> {
+    let extent = [map.width, map.height];
+    check_size(ctx, scene, &map.name, extent)?;
+    match &map.texels {
+        HeightTexels::U8(texels) => uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), texels),
+        HeightTexels::U16(texels)
+            if ctx.supports_format(vk::Format::R16_UNORM, vk::FormatFeatureFlags::SAMPLED_IMAGE) =>
+        {
+            let desc = image_desc(&map.name, extent, vk::Format::R16_UNORM);
+            uploader.image(&desc, bytemuck::cast_slice(texels))
+        }
+        HeightTexels::U16(texels) => {
+            let texels: Vec<f32> = texels.iter().map(|t| f32::from(*t) / 65535.0).collect();
+            let desc = image_desc(&map.name, extent, vk::Format::R32_SFLOAT);
+            uploader.image(&desc, bytemuck::cast_slice(&texels))
+        }
+    }
+}
+
+fn image_desc(name: &str, extent: [u32; 2], format: vk::Format) -> ImageDesc<'_> {
+    let samples = vk::SampleCountFlags::TYPE_1;
+    ImageDesc { name, extent, format, mips: 1, samples, usage: vk::ImageUsageFlags::SAMPLED }
+}
+
+fn sampler(ctx: &Context, sampler: SceneSampler) -> Result<Sampler> {
+    let wrap = sampler.wrap.map(|wrap| match wrap {
+        Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
+        Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    });
+    Sampler::new(
+        ctx,
+        &SamplerDesc {
+            mag: if sampler.nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR },
+            wrap,
+            max_lod: if sampler.no_mips { 0.0 } else { vk::LOD_CLAMP_NONE },
+            anisotropy: if sampler.nearest { 1.0 } else { ANISOTROPY },
+            ..SamplerDesc::default()
+        },
+    )
+}
+
+/// One primitive's buffers.
+pub struct Primitive {
+    /// Mesh-space point that its positions are relative to.
+    pub center: DVec3,
+    /// Triangles drawn as such; none where all are prisms.
+    pub indices: Option<Buffer>,
+    vertices: Buffer,
+    prisms: Option<Buffer>,
+    material: Buffer,
+}
+
+/// Uploads the primitives of a plan.
+pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) -> Result<Vec<Primitive>> {
+    use vk::BufferUsageFlags as U;
+    let mut uploader = Uploader::new(ctx)?;
+    let primitives = plan
+        .primitives
+        .iter()
+        .map(|planned| {
+            let data = PrimitiveData::new(scene, planned, settings);
+            let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
+            let indices: &[u32] = data.indices.as_flattened();
+            let indices = (!indices.is_empty())
+                .then(|| uploader.buffer(&format!("{name} indices"), U::INDEX_BUFFER, indices))
+                .transpose()?;
+            let prisms = (!data.prisms.is_empty())
+                .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
+                .transpose()?;
+            Ok(Primitive {
+                center: data.center,
+                indices,
+                vertices: uploader.buffer(&format!("{name} vertices"), U::STORAGE_BUFFER, &data.vertices)?,
+                prisms,
+                material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,
+            })
+        })
+        .collect::<Result<_>>()?;
+    uploader.finish()?;
+    Ok(primitives)
+}
+
+impl Primitive {
+    /// Set 1 of a draw of it.
+    pub fn set(
+        &self,
+        ctx: &Context,
+        pipeline: &Pipeline,
+        scene: &Scene,
+        plan: &Plan,
+        draw: &Draw,
+        images: &Images,
+    ) -> Result<DescriptorSet> {
+        let mut bindings = images.bindings(scene, &plan.primitives[draw.primitive], &draw.variant);
+        bindings.push(("vertices", Binding::Buffer(&self.vertices)));
+        bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
+        bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        // Optional: the compiler drops what a variant's optimised code does not read.
+        DescriptorSet::with_optional(ctx, pipeline, 1, &[], &bindings)
+    }
+}
+
+/// What one frame in flight writes.
+pub struct Slot {
+    frame: Buffer,
+    objects: Buffer,
+    lights: Option<Buffer>,
+    sets: HashMap<Variant, DescriptorSet>,
+}
+
+impl Slot {
+    /// Room for `objects` draws and `lights` lights.
+    pub fn new(ctx: &Context, index: usize, objects: usize, lights: usize) -> Result<Self> {
+        use vk::BufferUsageFlags as U;
+        let buffer = |what: &str, size: usize, usage| {
+            let name = format!("{what} of slot {index}");
+            let location = MemoryLocation::CpuToGpu;
+            Buffer::new(ctx, &BufferDesc { name: &name, size: size as u64, usage, location })
+        };
+        Ok(Slot {
+            frame: buffer("frame", size_of::<Frame>(), U::UNIFORM_BUFFER)?,
+            objects: buffer("objects", size_of::<Object>() * objects.max(1), U::STORAGE_BUFFER)?,
+            lights: (lights > 0)
+                .then(|| buffer("lights", size_of::<Light>() * lights, U::STORAGE_BUFFER))
+                .transpose()?,
+            sets: HashMap::new(),
+        })
+    }
+
+    /// Writes the frame's data; the GPU must be done with the slot's last frame.
+    pub fn write(&self, frame: &Frame, objects: &[Object], lights: &[Light]) -> Result<()> {
+        self.frame.write(0, std::slice::from_ref(frame))?;
+        self.objects.write(0, objects)?;
+        if let Some(buffer) = &self.lights {
+            buffer.write(0, lights)?;
+        }
+        Ok(())
+    }
+
+    /// Makes set 0 for a variant's pipeline, if it is not made yet.
+    pub fn prepare(&mut self, ctx: &Context, variant: &Variant, pipeline: &Pipeline) -> Result<()> {
+        if self.sets.contains_key(variant) {
+            return Ok(());
+        }
+        let mut bindings =
+            vec![("FrameBlock", Binding::Buffer(&self.frame)), ("objects", Binding::Buffer(&self.objects))];
+        bindings.extend(self.lights.as_ref().map(|lights| ("lights", Binding::Buffer(lights))));
+        let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
+        self.sets.insert(*variant, set);
+        Ok(())
+    }
+
+    /// Set 0, prepared before.
+    pub fn set(&self, variant: &Variant) -> &DescriptorSet {
+        &self.sets[variant]
+    }
+}

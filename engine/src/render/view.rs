@@ -1,0 +1,166 @@
+//! Camera and object transforms in f64, handed to the shaders as camera-relative f32 rows.
+//!
+//! A product of large numbers that nearly cancel (a camera 20 km from the origin, looking at something beside it) is
+//! taken here, in f64; f32 sees only its small result.
+
+use glam::{DAffine3, DMat4, DVec3, DVec4, Vec4};
+
+use super::layout::{Frame, Light as GpuLight, Object};
+use crate::scene::{Camera, Light, LightKind, Projection};
+
+/// Irradiance / π of the sky and the ground that light what no lamp reaches.
+const SKY: [f32; 3] = [0.28, 0.31, 0.36];
+const GROUND: [f32; 3] = [0.16, 0.14, 0.12];
+
+/// A camera's transforms for one picture.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// World position of the camera.
+    pub position: DVec3,
+    /// World direction of view, unit.
+    pub forward: DVec3,
+    /// Camera-relative world to clip, y down, depth reversed; the z row is unused (see [`Frame::lens`]).
+    projection: DMat4,
+    perspective: bool,
+    /// (scale, offset, near, far) of [`Frame::lens`].
+    lens: [f64; 4],
+    extent: [u32; 2],
+}
+
+impl View {
+    /// The view of `camera` on a picture of `extent` pixels.
+    pub fn new(camera: &Camera, extent: [u32; 2]) -> Self {
+        let aspect = f64::from(extent[0]) / f64::from(extent[1]);
+        let axes = camera.transform.matrix3;
+        let (right, up, forward) = (axes.x_axis, axes.y_axis, -axes.z_axis);
+        let row = |direction: DVec3, scale: f64| (direction * scale).extend(0.0);
+        let (x, y, w, lens, perspective) = match camera.projection {
+            Projection::Perspective { fov_y, near, far } => {
+                let focal = 1.0 / (0.5 * fov_y).tan();
+                let lens = match far {
+                    Some(far) => [-near / (far - near), near * far / (far - near), near, far],
+                    None => [0.0, near, near, f64::from(f32::MAX)],
+                };
+                (row(right, focal / aspect), row(up, -focal), row(forward, 1.0), lens, true)
+            }
+            Projection::Orthographic { y_mag, near, far } => {
+                let lens = [-1.0 / (far - near), far / (far - near), near, far];
+                (row(right, 1.0 / (y_mag * aspect)), row(up, -1.0 / y_mag), DVec4::W, lens, false)
+            }
+        };
+        // Rows x, y, clip w, view depth.
+        let projection = DMat4::from_cols(x, y, w, row(forward, 1.0)).transpose();
+        View { position: camera.transform.translation, forward, projection, perspective, lens, extent }
+    }
+
+    /// The frame's uniform block.
+    pub fn frame(&self, lights: usize) -> Frame {
+        let [width, height] = self.extent.map(|n| n as f32);
+        Frame {
+            viewport: Vec4::new(width, height, 1.0 / width, 1.0 / height),
+            lens: Vec4::from_array(self.lens.map(|v| v as f32)),
+            forward: self.forward.as_vec3().extend(0.0),
+            sky: Vec4::new(SKY[0], SKY[1], SKY[2], 0.0),
+            ground: Vec4::new(GROUND[0], GROUND[1], GROUND[2], 0.0),
+            counts: glam::UVec4::new(lights as u32, u32::from(self.perspective), 0, 0),
+        }
+    }
+
+    /// The rows of an object whose vertices are stored relative to `center` (mesh space) and stand in the world by
+    /// `transform`.
+    pub fn object(&self, transform: &DAffine3, center: DVec3) -> Object {
+        let relative = DAffine3::from_translation(-self.position) * *transform * DAffine3::from_translation(center);
+        let clip = self.projection * DMat4::from(relative);
+        let world = DMat4::from(relative);
+        let linear = relative.matrix3;
+        let normal = linear.inverse().transpose();
+        let row = |m: &DMat4, i: usize| m.row(i).as_vec4();
+        let normal_row = |i: usize| normal.row(i).as_vec3().extend(0.0);
+        let inverse = relative.inverse();
+        let eye = if self.perspective {
+            inverse.translation.as_vec3().extend(1.0)
+        } else {
+            inverse.transform_vector3(-self.forward).as_vec3().extend(0.0)
+        };
+        let third = if self.perspective { 2 } else { 3 };
+        let det = clip.row(0).truncate().cross(clip.row(1).truncate()).dot(clip.row(third).truncate());
+        Object {
+            clip_x: row(&clip, 0),
+            clip_y: row(&clip, 1),
+            clip_w: row(&clip, 2),
+            depth: row(&clip, 3),
+            world_x: row(&world, 0),
+            world_y: row(&world, 1),
+            world_z: row(&world, 2),
+            normal_x: normal_row(0),
+            normal_y: normal_row(1),
+            normal_z: normal_row(2),
+            eye,
+            handedness: Vec4::new(det.signum() as f32, 0.0, 0.0, 0.0),
+        }
+    }
+
+    /// A light, camera-relative.
+    pub fn light(&self, light: &Light) -> GpuLight {
+        let (local, spot) = match light.kind {
+            LightKind::Directional => (0.0, [0.0, 1.0]),
+            LightKind::Point => (1.0, [0.0, 1.0]),
+            LightKind::Spot { inner, outer } => {
+                // KHR_lights_punctual, "inner and outer cone angles".
+                let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
+                (1.0, [scale, -outer.cos() * scale])
+            }
+        };
+        GpuLight {
+            intensity: light.intensity.as_vec3().extend(local),
+            position: (light.position - self.position).as_vec3().extend(light.range.map_or(0.0, |r| r.powi(-4)) as f32),
+            direction: light.direction.as_vec3().extend(0.0),
+            spot: Vec4::new(spot[0] as f32, spot[1] as f32, 0.0, 0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(projection: Projection) -> Camera {
+        Camera { transform: DAffine3::from_translation(DVec3::new(20_000.0, 0.0, 5.0)), projection }
+    }
+
+    #[test]
+    fn a_far_away_object_keeps_its_place_on_screen() {
+        let view =
+            View::new(&camera(Projection::Perspective { fov_y: 90f64.to_radians(), near: 0.1, far: None }), [200, 100]);
+        let object = view.object(&DAffine3::from_translation(DVec3::new(20_001.0, 2.0, 0.0)), DVec3::ZERO);
+        // 1 right, 2 up, 5 ahead; focal length 1, aspect 2.
+        assert_eq!([object.clip_x.w, object.clip_y.w, object.clip_w.w, object.depth.w], [0.5, -2.0, 5.0, 5.0]);
+        assert_eq!(object.eye, Vec4::new(-1.0, -2.0, 5.0, 1.0));
+    }
+
+    #[test]
+    fn handedness_follows_mirrors_and_is_the_same_for_both_lenses() {
+        for projection in [
+            Projection::Perspective { fov_y: 1.0, near: 0.1, far: Some(10.0) },
+            Projection::Orthographic { y_mag: 1.0, near: 0.1, far: 10.0 },
+        ] {
+            let view = View::new(&camera(projection), [64, 64]);
+            let plain = view.object(&DAffine3::IDENTITY, DVec3::ZERO).handedness.x;
+            let mirrored = view.object(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), DVec3::ZERO).handedness.x;
+            assert_eq!([plain, mirrored], [1.0, -1.0]);
+        }
+    }
+
+    #[test]
+    fn depth_is_reversed() {
+        for projection in [
+            Projection::Perspective { fov_y: 1.0, near: 0.5, far: Some(8.0) },
+            Projection::Orthographic { y_mag: 1.0, near: 0.5, far: 8.0 },
+        ] {
+            let view = View::new(&camera(projection), [64, 64]);
+            let frame = view.frame(0);
+            let buffer = |d: f32| (frame.lens.x * d + frame.lens.y) / if frame.counts.y == 1 { d } else { 1.0 };
+            assert!((buffer(0.5) - 1.0).abs() < 1e-6 && buffer(8.0).abs() < 1e-6 && buffer(2.0) > buffer(3.0));
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! The prisms of a primitive: which triangles become one, how their walls continue, and their ranges of levels.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, Vec2};
+
+use super::bounds::HeightBounds;
+use crate::scene::{Displacement, Mesh, Primitive, Scene, Wrap};
+
+/// How the surface goes on across a wall. The numbers are those of `shaders/shell/march.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Wall {
+    /// At the same height: no step.
+    Same = 0,
+    /// Displaced, with other texture coordinates.
+    Seam = 1,
+    /// A plain surface at t = 0.
+    Plain = 2,
+    /// Border of the sheet, left open.
+    Open = 3,
+    /// Border closed by a wall.
+    Closed = 4,
+}
+
+/// One prism.
+#[derive(Clone, Copy, Debug)]
+pub struct Prism {
+    /// Vertices of the primitive.
+    pub corners: [u32; 3],
+    /// Wall k joins corners (k+1, k+2) mod 3.
+    pub walls: [Wall; 3],
+    /// Wall k's welded ids descend from corner k+1 to corner k+2: its canonical order is the reverse.
+    pub descending: [bool; 3],
+    /// The neighbour's height map coordinates at wall k's canonical first and second corner.
+    pub neighbour_uv: [[Vec2; 2]; 3],
+    /// Lowest and highest level that the surface or a wall can have in it, mesh units.
+    pub range: [f64; 2],
+}
+
+/// A primitive split into what needs a shell and what does not.
+#[derive(Clone, Debug, Default)]
+pub struct ShellGeometry {
+    /// Displaced triangles.
+    pub prisms: Vec<Prism>,
+    /// Triangles that stay plain, as vertex indices.
+    pub plain: Vec<[u32; 3]>,
+    /// Height map coordinates per vertex: the texture transform applied, moved by an even integer where the wrap mode
+    /// does not notice, so that f32 keeps their fraction.
+    pub height_uv: Vec<Vec2>,
+    /// Least and greatest `height_uv`.
+    pub uv_bounds: [Vec2; 2],
+}
+
+/// Whether a primitive's material displaces it at all.
+pub fn displacement(scene: &Scene, primitive: &Primitive) -> Option<Displacement> {
+    scene.materials[primitive.material].displacement.filter(|_| primitive.displacement_scale > 0.0)
+}
+
+/// Map-wide range of levels of a displaced primitive, mesh units.
+pub fn map_range(scene: &Scene, primitive: &Primitive, displacement: &Displacement) -> [f64; 2] {
+    let (low, high) = scene.height_maps[displacement.map].min_max();
+    [low, high].map(|h| (h - displacement.midlevel) * primitive.displacement_scale)
+}
+
+/// Height map coordinates of every vertex; see [`ShellGeometry::height_uv`].
+pub fn height_uvs(primitive: &Primitive, displacement: &Displacement) -> Vec<Vec2> {
+    let exact: Vec<DVec2> = primitive.uvs[displacement.tex_coord]
+        .iter()
+        .map(|uv| displacement.transform.transform_point2(uv.as_dvec2()))
+        .collect();
+    let mut low = DVec2::INFINITY;
+    for uv in &exact {
+        low = low.min(*uv);
+    }
+    let offset = |axis: usize| match displacement.wrap[axis] {
+        Wrap::Clamp => 0.0,
+        _ if exact.is_empty() => 0.0,
+        // Even, so that a mirrored map is not turned around.
+        Wrap::Repeat | Wrap::Mirror => 2.0 * (low[axis] / 2.0).floor(),
+    };
+    let offset = DVec2::new(offset(0), offset(1));
+    exact.iter().map(|uv| (*uv - offset).as_vec2()).collect()
+}
+
+/// A triangle of the mesh seen from one of its edges.
+struct Side {
+    primitive: usize,
+    triangle: usize,
+    /// Runs from the lower to the higher welded id.
+    ascending: bool,
+    /// Vertices at the lower and the higher id.
+    ends: [u32; 2],
+}
+
+/// Builds the shell geometry of every primitive of a mesh. `factors`: r per welded vertex, from the certificate.
+/// Primitives without displacement come back empty.
+pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> {
+    let displaced = |primitive: &Primitive, triangle: [u32; 3]| {
+        displacement(scene, primitive).is_some()
+            && triangle.iter().any(|v| factors[primitive.weld[*v as usize] as usize] > 0.0)
+    };
+    let uvs: Vec<Vec<Vec2>> =
+        mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
+    let edges = edges(mesh);
+    let mut bounds: HashMap<(usize, [Wrap; 2]), HeightBounds> = HashMap::new();
+    // Levels of each displaced triangle's own surface; seams need their neighbour's too.
+    let ranges: Vec<Vec<[f64; 2]>> = mesh
+        .primitives
+        .iter()
+        .zip(&uvs)
+        .map(|(primitive, uvs)| {
+            let Some(d) = displacement(scene, primitive) else {
+                return Vec::new();
+            };
+            let bounds =
+                bounds.entry((d.map, d.wrap)).or_insert_with(|| HeightBounds::new(&scene.height_maps[d.map], d.wrap));
+            let level = |h: f32| (f64::from(h) - d.midlevel) * primitive.displacement_scale;
+            let range = |triangle: &[u32; 3]| {
+                let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());
+                let (low, high) = bounds.over(a.min(b).min(c), a.max(b).max(c));
+                [low, high].map(level)
+            };
+            primitive.triangles.iter().map(range).collect()
+        })
+        .collect();
+
+    mesh.primitives
+        .iter()
+        .enumerate()
+        .map(|(p, primitive)| {
+            let Some(d) = displacement(scene, primitive) else {
+                return ShellGeometry::default();
+            };
+            let mut geometry = ShellGeometry { height_uv: uvs[p].clone(), ..ShellGeometry::default() };
+            geometry.uv_bounds = [Vec2::INFINITY, Vec2::NEG_INFINITY];
+            for uv in &uvs[p] {
+                geometry.uv_bounds = [geometry.uv_bounds[0].min(*uv), geometry.uv_bounds[1].max(*uv)];
+            }
+            let whole = map_range(scene, primitive, &d);
+            for (t, &triangle) in primitive.triangles.iter().enumerate() {
+                if !displaced(primitive, triangle) {
+                    geometry.plain.push(triangle);
+                    continue;
+                }
+                let mut prism = Prism {
+                    corners: triangle,
+                    walls: [Wall::Open; 3],
+                    descending: [false; 3],
+                    neighbour_uv: [[Vec2::ZERO; 2]; 3],
+                    range: ranges[p][t],
+                };
+                for k in 0..3 {
+                    let (i, j) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
+                    let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
+                    prism.descending[k] = wi > wj;
+                    let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
+                        if d.border_wall {
+                            prism.walls[k] = Wall::Closed;
+                            prism.range[0] = prism.range[0].min(whole[0]);
+                        }
+                        continue;
+                    };
+                    let there = &mesh.primitives[other.primitive];
+                    if !displaced(there, there.triangles[other.triangle]) {
+                        prism.walls[k] = Wall::Plain;
+                        prism.range = [prism.range[0].min(0.0), prism.range[1].max(0.0)];
+                        continue;
+                    }
+                    let across = other.ends.map(|v| uvs[other.primitive][v as usize]);
+                    let here = if wi > wj { [j, i] } else { [i, j] }.map(|v| uvs[p][v as usize]);
+                    prism.neighbour_uv[k] = across;
+                    let seam = across != here && same_field(scene, primitive, there);
+                    prism.walls[k] = if seam { Wall::Seam } else { Wall::Same };
+                    if seam {
+                        let range = ranges[other.primitive][other.triangle];
+                        prism.range = [prism.range[0].min(range[0]), prism.range[1].max(range[1])];
+                    }
+                }
+                prism.range = padded(prism.range, primitive.displacement_scale);
+                geometry.prisms.push(prism);
+            }
+            geometry
+        })
+        .collect()
+}
+
+/// Room for the rounding of levels in f32, and a thickness for surfaces of constant height.
+fn padded([low, high]: [f64; 2], scale: f64) -> [f64; 2] {
+    let room = 1e-4 * scale + 1e-5 * low.abs().max(high.abs());
+    [low - room, high + room]
+}
+
+/// Whether two primitives read the same height field, so that a shader with the one can evaluate the other's.
+fn same_field(scene: &Scene, a: &Primitive, b: &Primitive) -> bool {
+    a.displacement_scale == b.displacement_scale
+        && match (displacement(scene, a), displacement(scene, b)) {
+            (Some(a), Some(b)) => a.map == b.map && a.wrap == b.wrap && a.midlevel == b.midlevel,
+            _ => false,
+        }
+}
+
+/// Welded edge (lower id, higher id) → every triangle there, across the mesh's primitives.
+fn edges(mesh: &Mesh) -> HashMap<(u32, u32), Vec<Side>> {
+    let mut edges: HashMap<(u32, u32), Vec<Side>> = HashMap::new();
+    for (p, primitive) in mesh.primitives.iter().enumerate() {
+        for (t, triangle) in primitive.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (i, j) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
+                let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
+                let ascending = wi < wj;
+                let ends = if ascending { [i, j] } else { [j, i] };
+                edges.entry((wi.min(wj), wi.max(wj))).or_default().push(Side {
+                    primitive: p,
+                    triangle: t,
+                    ascending,
+                    ends,
+                });
+            }
+        }
+    }
+    edges
+}
+
+/// The triangle across an edge; none where the edge is a border, which is any without exactly two oppositely wound
+/// triangles.
+fn neighbour(
+    edges: &HashMap<(u32, u32), Vec<Side>>,
+    edge: (u32, u32),
+    primitive: usize,
+    triangle: usize,
+) -> Option<&Side> {
+    match edges.get(&edge).map(Vec::as_slice) {
+        Some([a, b]) if a.ascending != b.ascending => {
+            Some(if (a.primitive, a.triangle) == (primitive, triangle) { b } else { a })
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,223 @@
+//! From flags to settings: defaults that depend on one another, and combinations that cannot be honoured.
+//!
+//! A flag that would change nothing is refused rather than ignored: whoever typed it expects to see something.
+
+use prism_engine::{
+    error::{Error, Result},
+    settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage},
+};
+
+use super::cli::LookArgs;
+
+/// The settings that `args` ask for, starting from those of the sample.
+pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
+    let shell = args.shell.unwrap_or(base.shell);
+    let mut settings = Settings { shell, ..base.clone() };
+    let shelled = settings.resolved_shell() != Shell::Off;
+    settings.march = args.march.unwrap_or_else(|| march_for(shelled, base));
+    if shelled {
+        refuse_base_surface_flags(args)?;
+    } else {
+        refuse_flags_without_shell(args, settings.march)?;
+        settings.silhouette = args.silhouette.unwrap_or(base.silhouette);
+        settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
+        settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
+    }
+    if args.refine_steps.is_some() && settings.march != March::Relief {
+        return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
+    }
+    settings.stage = args.stage.unwrap_or(base.stage);
+    settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
+    (settings.min_steps, settings.max_steps) = steps(args, base)?;
+    Ok(settings)
+}
+
+/// The same settings with the shell switched on or off, for a window's key: the march follows where it must.
+pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
+    let mut next = Settings { shell, ..settings.clone() };
+    let shelled = next.resolved_shell() != Shell::Off;
+    if shelled && !next.march.traces() {
+        next.march = March::Relief;
+    }
+    if shelled {
+        // What a shell has by nature, or cannot do yet: the same words as a command line's defaults.
+        (next.silhouette, next.depth_offset, next.self_shadow) = (Silhouette::None, true, SelfShadow::Off);
+    }
+    next
+}
+
+/// The same settings with the next march that its shell allows, for a window's key.
+pub fn with_next_march(settings: &Settings) -> Settings {
+    let shelled = settings.resolved_shell() != Shell::Off;
+    let at = March::ALL.iter().position(|&march| march == settings.march).unwrap_or(0);
+    let march = March::ALL.iter().cycle().skip(at + 1).find(|march| !shelled || march.traces());
+    let mut next = Settings { march: march.copied().unwrap_or(settings.march), ..settings.clone() };
+    if !next.march.traces() {
+        // Both need a traced ray.
+        (next.silhouette, next.self_shadow) = (Silhouette::None, SelfShadow::Off);
+    }
+    next
+}
+
+/// The same settings with the next stage of those that the device has (`auto` is always one), for a window's key.
+pub fn with_next_stage(settings: &Settings, device_has: &[Stage]) -> Settings {
+    let at = Stage::ALL.iter().position(|&stage| stage == settings.stage).unwrap_or(0);
+    let mut after = Stage::ALL.iter().copied().cycle().skip(at + 1).take(Stage::ALL.len());
+    let stage = after.find(|stage| *stage == Stage::Auto || device_has.contains(stage)).unwrap_or(settings.stage);
+    Settings { stage, ..settings.clone() }
+}
+
+/// DESIGN section 3: the sample's march in a shell, `pom` without one unless the sample itself has no shell.
+fn march_for(shelled: bool, base: &Settings) -> March {
+    let base_shelled = base.resolved_shell() != Shell::Off;
+    match (shelled, base_shelled) {
+        (true, true) | (false, false) => base.march,
+        (true, false) => March::Relief,
+        (false, true) => March::Pom,
+    }
+}
+
+/// What only a base surface can honour.
+fn refuse_base_surface_flags(args: &LookArgs) -> Result<()> {
+    if let Some(march) = args.march.filter(|march| !march.traces()) {
+        return usage(format!(
+            "--march {march} traces no ray, and a shell needs one; use --march pom or relief, or add --shell off"
+        ));
+    }
+    if let Some(silhouette) = args.silhouette.filter(|&silhouette| silhouette != Silhouette::None) {
+        return usage(format!(
+            "--silhouette {silhouette} clips a base surface, and a shell has its own silhouette; add --shell off"
+        ));
+    }
+    if args.depth_offset == Some(false) {
+        return usage("--depth-offset off: a shell always writes the hit's depth; add --shell off".into());
+    }
+    if let Some(shadow) = args.self_shadow.filter(|&shadow| shadow != SelfShadow::Off) {
+        return usage(format!(
+            "--self-shadow {shadow}: shadow rays inside a shell are not in this build yet; add --shell off"
+        ));
+    }
+    Ok(())
+}
+
+/// What `--shell off`, or its march, cannot honour.
+fn refuse_flags_without_shell(args: &LookArgs, march: March) -> Result<()> {
+    if let Some(stage) = args.stage.filter(|&stage| stage != Stage::Auto) {
+        return usage(format!("--stage {stage} makes a shell's geometry, and --shell off has none; drop one of them"));
+    }
+    if march.traces() {
+        return Ok(());
+    }
+    let untraced = [
+        ("--min-steps", args.min_steps.is_some()),
+        ("--max-steps", args.max_steps.is_some()),
+        ("--depth-offset on", args.depth_offset == Some(true)),
+        ("--silhouette uv-bounds", args.silhouette == Some(Silhouette::UvBounds)),
+        ("--self-shadow hard", args.self_shadow == Some(SelfShadow::Hard)),
+    ];
+    match untraced.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => usage(format!("{flag}: march {march} traces no ray; use --march pom or relief")),
+        None => Ok(()),
+    }
+}
+
+/// Fewest and most steps. A bound that was not given makes room for the one that was.
+fn steps(args: &LookArgs, base: &Settings) -> Result<(u32, u32)> {
+    match (args.min_steps, args.max_steps) {
+        (Some(min), Some(max)) if min > max => {
+            usage(format!("--min-steps {min} is more than --max-steps {max}; lower the one or raise the other"))
+        }
+        (Some(min), Some(max)) => Ok((min, max)),
+        (Some(min), None) => Ok((min, base.max_steps.max(min))),
+        (None, Some(max)) => Ok((base.min_steps.min(max), max)),
+        (None, None) => Ok((base.min_steps, base.max_steps)),
+    }
+}
+
+fn usage<T>(message: String) -> Result<T> {
+    Err(Error::Usage(message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::cli::{Cli, Command};
+    use clap::Parser;
+
+    fn resolve(flags: &str) -> Result<Settings> {
+        let words = ["prism", "render", "scene.gltf"].into_iter().chain(flags.split_whitespace());
+        match Cli::try_parse_from(words).expect(flags).command {
+            Command::Render(args) => settings(&args.common.look, &Settings::default()),
+            other => panic!("parsed as {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_march_follows_the_shell() {
+        assert_eq!(resolve("").unwrap(), Settings::default());
+        assert_eq!(resolve("--shell prism").unwrap().march, March::Relief);
+        assert_eq!(resolve("--shell off").unwrap().march, March::Pom);
+        assert_eq!(resolve("--shell off --march relief").unwrap().march, March::Relief);
+    }
+
+    #[test]
+    fn an_absent_step_bound_makes_room() {
+        let bounds = |flags: &str| resolve(flags).map(|s| (s.min_steps, s.max_steps)).unwrap();
+        assert_eq!(bounds(""), (8, 64));
+        assert_eq!(bounds("--max-steps 4"), (4, 4));
+        assert_eq!(bounds("--min-steps 100"), (100, 100));
+    }
+
+    #[test]
+    fn what_cannot_be_honoured_is_wrong_usage() {
+        for flags in [
+            "--march none",
+            "--march normal --shell prism",
+            "--march none --shell auto",
+            "--silhouette uv-bounds",
+            "--depth-offset off",
+            "--self-shadow hard",
+            "--shell off --stage mesh",
+            "--shell off --stage geometry",
+            "--shell off --refine-steps 4",
+            "--march pom --refine-steps 4",
+            "--min-steps 9 --max-steps 8",
+            "--shell off --march normal --min-steps 4",
+            "--shell off --march none --max-steps 4",
+            "--shell off --march none --depth-offset on",
+            "--shell off --march normal --silhouette uv-bounds",
+            "--shell off --march normal --self-shadow hard",
+        ] {
+            let error = resolve(flags).expect_err(flags);
+            assert_eq!(error.exit_code(), 2, "{flags}: {error}");
+        }
+    }
+
+    #[test]
+    fn what_can_be_honoured_is_accepted() {
+        for flags in [
+            "--shell off --march none",
+            "--shell off --march normal --depth-offset off",
+            "--shell off --silhouette uv-bounds --self-shadow hard --depth-offset off",
+            "--shell off --stage auto",
+            "--silhouette none --self-shadow off --depth-offset on",
+            "--stage geometry --march pom",
+        ] {
+            resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
+        }
+    }
+
+    #[test]
+    fn keys_never_reach_a_refused_combination() {
+        let mut now = Settings::default();
+        for step in 0..64 {
+            now = match step % 3 {
+                0 => with_shell(&now, if now.resolved_shell() == Shell::Off { Shell::Prism } else { Shell::Off }),
+                1 => with_next_march(&now),
+                _ => with_next_stage(&now, &[Stage::Geometry]),
+            };
+            assert!(now.resolved_shell() == Shell::Off || now.march.traces(), "{now:?}");
+            assert_ne!(now.stage, Stage::Mesh, "the device has none");
+        }
+    }
+}

@@ -1,0 +1,339 @@
+//! The command line's grammar: what can be typed. What it means is decided in [`super::choices`].
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
+use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation};
+
+/// Displaced detail on coarse meshes, by rays traced inside prism shells.
+#[derive(Debug, Parser)]
+#[command(name = "prism", version, about, after_help = AFTER_HELP)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Exit codes: 0 done, 1 failed, 2 wrong usage, 77 this machine lacks what was asked (named).
+Data go to stdout, notices to stderr. `prism COMMAND --help` has every option and its default.
+PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
+
+const RUN_AFTER_HELP: &str = "\
+Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera,
+F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or
+middle drag (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
+
+/// The commands of this build.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// The samples, one line each
+    List,
+    /// Every Vulkan device, and why one is refused
+    Devices,
+    /// Runs a sample: in a window where there is a display, else headless
+    ///
+    /// --headless, --out and --aov each keep it from opening a window.
+    #[command(after_help = RUN_AFTER_HELP)]
+    Run(RunArgs),
+    /// Renders one frame of a glTF file offscreen
+    Render(RenderArgs),
+}
+
+/// `prism run SAMPLE`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// One of `prism list`
+    pub sample: String,
+
+    /// The glTF file to look at, for `viewer` [default: the sample's own]
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+
+    /// Never opens a window; writes a picture instead [default: off where there is a display]
+    #[arg(long)]
+    pub headless: bool,
+
+    /// Ends after N frames, in a window too; headless, the last one is the picture
+    /// [default: 1 headless, endless in a window]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+
+    /// Seconds of the sample's time from one frame to the next
+    /// [default: 0.016666666666666666 headless, the clock's in a window]
+    #[arg(long, value_name = "S", value_parser = seconds, allow_hyphen_values = true)]
+    pub time_step: Option<f64>,
+
+    /// The picture, an sRGB PNG [default: SAMPLE.png in the current folder; none if only --aov is given]
+    #[arg(long, value_name = "FRAME.png")]
+    pub out: Option<PathBuf>,
+
+    /// What is common with `render`.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// `prism render SCENE`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A glTF 2.0 file, .gltf or .glb
+    pub scene: PathBuf,
+
+    /// Never opens a window [default: always so with `render`]
+    #[arg(long)]
+    pub headless: bool,
+
+    /// Renders the same frame N times, for --stats and --csv [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+
+    /// The picture, an sRGB PNG
+    /// [default: the scene's name with .png in the current folder; none if only --aov is given]
+    #[arg(long, value_name = "FRAME.png")]
+    pub out: Option<PathBuf>,
+
+    /// What is common with `run`.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Options of every command that draws.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CommonArgs {
+    /// How it is drawn.
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// From where.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// On what, and what is written besides the picture.
+    #[command(flatten)]
+    pub session: SessionArgs,
+}
+
+/// How a scene is drawn. An absent flag leaves the choice to the sample and to the other flags.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Technique")]
+pub struct LookArgs {
+    /// The stage that makes the shell's geometry; auto: mesh where the device has it [default: auto]
+    #[arg(long, value_parser = words(Stage::ALL, Stage::name))]
+    pub stage: Option<Stage>,
+
+    /// off: the base surface only, classic parallax; auto: the best shell of this build, prism [default: auto]
+    #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
+    pub shell: Option<Shell>,
+
+    /// How a ray finds the surface; a shell needs pom or relief [default: relief; pom with --shell off]
+    #[arg(long, value_parser = words(March::ALL, March::name))]
+    pub march: Option<March>,
+
+    /// Fewest linear steps: of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// [default: 8, or --max-steps where that is less]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub min_steps: Option<u32>,
+
+    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// [default: 64, or --min-steps where that is more]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub max_steps: Option<u32>,
+
+    /// Bisections after relief's linear search, 0 to 64 [default: 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub refine_steps: Option<u32>,
+
+    /// What clips the base surface, for --shell off: a shell needs nothing [default: none]
+    #[arg(long, value_parser = words(Silhouette::ALL, Silhouette::name))]
+    pub silhouette: Option<Silhouette>,
+
+    /// Whether the base surface's hit moves the depth; a shell always writes the hit's depth [default: on]
+    #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
+    pub depth_offset: Option<bool>,
+
+    /// Shadows that the detail casts on itself, for --shell off [default: off]
+    #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
+    pub self_shadow: Option<SelfShadow>,
+}
+
+/// What replaces the scene's camera.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArgs {
+    /// The eye, world units; alone, it moves the camera without turning it
+    /// [default: the scene's camera, else one that frames the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub eye: Option<[f64; 3]>,
+
+    /// The point looked at, world units; alone, it turns the camera where it stands
+    /// [default: the scene's camera, else one that frames the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub target: Option<[f64; 3]>,
+
+    /// Vertical field of view, between 0 and 180 degrees [default: the scene's camera]
+    #[arg(long, value_name = "DEG", value_parser = field_of_view, allow_hyphen_values = true)]
+    pub fov_y: Option<f64>,
+}
+
+/// Device, size and what is measured.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Device and output")]
+pub struct SessionArgs {
+    /// Of the picture, or of the window when it opens, in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: Size,
+
+    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+
+    /// The last frame's surface data as 32-bit float OpenEXR [default: not written]
+    ///
+    /// Channels: R G B (scene-linear), depth.Z (+inf where nothing was hit), position.X/Y/Z, normal.X/Y/Z,
+    /// uv.U/V, height.H, shadow.S.
+    #[arg(long, value_name = "FRAME.exr")]
+    pub aov: Option<PathBuf>,
+
+    /// A row per frame and pass: frame, time, pass, gpu_ms, invocations, primitives [default: not written]
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+
+    /// Prints GPU time (min, median, p95), invocations and primitives of each pass, the memory, the pipelines
+    /// [default: not printed]
+    #[arg(long)]
+    pub stats: bool,
+
+    /// The validation layer's checks; a warning or an error fails the run
+    #[arg(
+        long,
+        default_value_t,
+        value_parser = words(Validation::ALL, Validation::name),
+        long_help = "The validation layer's checks; a warning or an error fails the run. The default is core in \
+                     debug builds of prism and off in release builds"
+    )]
+    pub validation: Validation,
+
+    /// Reads the shaders from this folder [default: those in the program]
+    #[arg(long, value_name = "DIR")]
+    pub shader_dir: Option<PathBuf>,
+}
+
+/// Width and height in pixels, both at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Default for Size {
+    fn default() -> Self {
+        Size { width: 1280, height: 720 }
+    }
+}
+
+/// A parser of the words that the engine gives its settings, so that they stand once.
+fn words<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.iter().map(|&value| name(value)))
+        .try_map(move |word| all.iter().copied().find(|&value| name(value) == word).ok_or("unknown word"))
+}
+
+fn on_off() -> impl TypedValueParser<Value = bool> {
+    PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")
+}
+
+fn size(text: &str) -> Result<Size, String> {
+    let side = |s: &str| s.parse::<u32>().ok().filter(|&n| n > 0);
+    match text.split_once('x').map(|(w, h)| (side(w), side(h))) {
+        Some((Some(width), Some(height))) => Ok(Size { width, height }),
+        _ => Err("two whole numbers above 0, as in 1280x720".into()),
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|n: &f64| n.is_finite())
+}
+
+fn point(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "three finite numbers, as in -1,2.5,3".into())
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    number(text).filter(|&deg| deg > 0.0 && deg < 180.0).ok_or_else(|| "degrees, above 0 and below 180".into())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text).filter(|&s| s >= 0.0).ok_or_else(|| "seconds, finite and not negative".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(args: &str) -> Result<RunArgs, clap::Error> {
+        let words = ["prism", "run", "prism_shell"].into_iter().chain(args.split_whitespace());
+        match Cli::try_parse_from(words)?.command {
+            Command::Run(run) => Ok(run),
+            other => panic!("parsed as {other:?}"),
+        }
+    }
+
+    #[test]
+    fn grammar_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn negative_coordinates_are_values() {
+        let args = run("--eye -1,2,-3.5 --target -0,1e-3,+2").unwrap();
+        assert_eq!(args.common.camera.eye, Some([-1.0, 2.0, -3.5]));
+        assert_eq!(args.common.camera.target, Some([-0.0, 1e-3, 2.0]));
+    }
+
+    #[test]
+    fn wrong_values_are_usage_errors() {
+        for wrong in [
+            "--size 0x0",
+            "--size 640",
+            "--size 640x",
+            "--size -1x4",
+            "--frames 0",
+            "--frames -1",
+            "--eye 1,2",
+            "--eye nan,0,0",
+            "--eye inf,0,0",
+            "--fov-y 0",
+            "--fov-y 180",
+            "--fov-y -10",
+            "--fov-y nan",
+            "--time-step -0.1",
+            "--min-steps 0",
+            "--max-steps 5000",
+            "--march exact",
+            "--shell walk",
+            "--stage task",
+            "--depth-offset maybe",
+            "--validation gpu",
+            "--msaa 4",
+        ] {
+            let error = run(wrong).expect_err(wrong);
+            assert_eq!(error.exit_code(), 2, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn every_option_tells_its_default() {
+        use clap::CommandFactory;
+        for command in Cli::command().get_subcommands() {
+            for option in command.get_opts() {
+                let help = option.get_long_help().or(option.get_help()).map(ToString::to_string).unwrap_or_default();
+                let told = help.contains("default") || !option.get_default_values().is_empty();
+                assert!(told, "prism {} --{}: no default in the help", command.get_name(), option.get_id());
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Frames without a window: draws them all, keeps the last.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use prism_engine::{
+    error::Result,
+    gpu::{Context, Frames},
+    render::Output,
+    scene::Scene,
+};
+
+use super::{
+    console,
+    drawing::{self, Drawing},
+    exr,
+    job::Job,
+    load,
+    offscreen::{self, Offscreen},
+    png,
+    sample::Pose,
+};
+
+/// Draws the job's frames and writes its files.
+pub fn run(job: &Job<'_>) -> Result<()> {
+    let (scene, start) = load::load(job)?;
+    let features = drawing::features(job, &scene, false);
+    let ctx = Context::new(&drawing::context_desc(job, &features))?;
+    let log = ctx.validation_log();
+    draw(job, scene, start, ctx)?;
+    // Everything is destroyed now: what the layer has to say about that counts too.
+    log.check()
+}
+
+fn draw(job: &Job<'_>, scene: Scene, start: Pose, ctx: Context) -> Result<()> {
+    let session = &job.common.session;
+    let extent = [session.size.width, session.size.height];
+    // First, because a size that the device cannot do needs no shader compiled to be told.
+    let picture = Offscreen::new(&ctx, extent, offscreen::FORMAT)?;
+    let output = Output { color_format: offscreen::FORMAT, aov: session.aov.is_some() };
+    let mut drawing = Drawing::new(job, scene, start, &ctx, output, 1)?;
+    let mut frames = Frames::new(&ctx, 1)?;
+
+    let count = job.frames.unwrap_or(1);
+    let progress = progress(count);
+    for number in 0..count {
+        let time = number as f64 * job.time_step.unwrap_or_default();
+        let moment = drawing.moment(time);
+        let mut frame = frames.begin()?;
+        let slot = frame.slot();
+        picture.prepare(&mut frame.cmd);
+        drawing.record(&mut frame.cmd, slot, Some((number, time)), &moment, picture.image())?;
+        // One after the other: frames that overlap would be timed together.
+        frames.submit_and_wait(frame)?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+
+    if let Some(path) = &job.out {
+        png::write(path, extent, &picture.read()?)?;
+        console::notice(format_args!("wrote {}", path.display()));
+    }
+    if let Some(path) = &session.aov {
+        exr::write(path, &drawing.renderer().read_aov()?)?;
+        console::notice(format_args!("wrote {}", path.display()));
+    }
+    drawing.finish()
+}
+
+/// A bar on stderr, if that is a terminal and there is something to wait for.
+fn progress(count: u64) -> ProgressBar {
+    if count < 2 {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left");
+    ProgressBar::new(count).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

@@ -1,0 +1,229 @@
+//! One run, decided: what is drawn, where, how often, and which files come out of it.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+};
+
+use prism_engine::{
+    error::{Error, Result},
+    settings::Settings,
+};
+
+use super::{
+    assets, choices,
+    cli::{CommonArgs, RenderArgs, RunArgs},
+    console, files,
+    sample::{Sample, Source},
+    still::Still,
+};
+
+/// The time from one frame to the next of a headless run, seconds.
+const HEADLESS_STEP: f64 = 1.0 / 60.0;
+
+/// A run whose flags have been checked. Nothing of it is loaded yet.
+pub struct Job<'a> {
+    /// What moves.
+    pub sample: &'a dyn Sample,
+    /// Its glTF file.
+    pub scene: PathBuf,
+    /// How it is drawn.
+    pub settings: Settings,
+    /// Camera, device and measurements as they were typed.
+    pub common: CommonArgs,
+    /// Whether it is shown in a window.
+    pub window: bool,
+    /// How many frames; absent in a window that the user closes.
+    pub frames: Option<u64>,
+    /// Seconds from frame to frame; absent where the clock decides.
+    pub time_step: Option<f64>,
+    /// The picture, if one is written.
+    pub out: Option<PathBuf>,
+}
+
+impl<'a> Job<'a> {
+    /// `prism run`.
+    pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
+        let sample = find(&args.sample, samples)?;
+        let scene = match (sample.scene(), args.scene) {
+            (Source::Chosen { .. }, Some(file)) => file,
+            (_, Some(_)) => {
+                return usage(format!("--scene: {} brings its own scene; use `prism run viewer`", sample.id()));
+            }
+            (Source::Asset(name) | Source::Chosen { default: name }, None) => assets::find(name)?,
+            (Source::File(file), None) => file,
+        };
+        let files_only = args.headless || args.out.is_some() || args.common.session.aov.is_some();
+        let window = !files_only && window_possible();
+        if !window && args.time_step.is_some() && args.frames.is_none() {
+            return usage("--time-step needs --frames without a window: a single frame is at time 0".into());
+        }
+        let job = Job {
+            sample,
+            scene,
+            settings: choices::settings(&args.common.look, &sample.settings())?,
+            window,
+            frames: if window { args.frames } else { Some(args.frames.unwrap_or(1)) },
+            time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(HEADLESS_STEP)) },
+            out: if window { None } else { picture(args.out, &args.common, sample.id()) },
+            common: args.common,
+        };
+        job.check_files()?;
+        Ok(job)
+    }
+
+    /// `prism render`. `still` is the sample that draws `args.scene` as it is.
+    pub fn render(args: RenderArgs, still: &'a Still) -> Result<Job<'a>> {
+        let stem = args.scene.file_stem().map_or("frame".into(), |stem| stem.to_string_lossy().into_owned());
+        let job = Job {
+            sample: still,
+            settings: choices::settings(&args.common.look, &still.settings())?,
+            window: false,
+            frames: Some(args.frames.unwrap_or(1)),
+            time_step: Some(0.0),
+            out: picture(args.out, &args.common, &stem),
+            scene: args.scene,
+            common: args.common,
+        };
+        job.check_files()?;
+        Ok(job)
+    }
+
+    /// The output files' names make sense and their folders exist, found out before minutes are spent.
+    fn check_files(&self) -> Result<()> {
+        let session = &self.common.session;
+        let outputs = [
+            ("--out", "picture", &self.out, Some("png")),
+            ("--aov", "surface data", &session.aov, Some("exr")),
+            ("--csv", "table", &session.csv, None),
+        ];
+        let mut seen: Vec<(&str, &Path)> = Vec::new();
+        for (flag, object, path, format) in outputs {
+            let Some(path) = path else { continue };
+            let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+            if let (Some(format), Some(extension)) = (format, extension)
+                && extension != format
+            {
+                return usage(format!("{flag} {}: only .{format} is written; name it so", path.display()));
+            }
+            if let Some((other, _)) = seen.iter().find(|(_, taken)| *taken == path) {
+                return usage(format!("{other} and {flag} both name {}; name two files", path.display()));
+            }
+            files::check_target(path, object)?;
+            seen.push((flag, path));
+        }
+        Ok(())
+    }
+}
+
+/// The named sample.
+fn find<'a>(id: &str, samples: &[&'a dyn Sample]) -> Result<&'a dyn Sample> {
+    samples.iter().copied().find(|sample| sample.id() == id).ok_or_else(|| {
+        let ids: Vec<&str> = samples.iter().map(|sample| sample.id()).collect();
+        let file = Path::new(id).extension().is_some();
+        let mend = if file { "; a glTF file is shown by `prism run viewer --scene FILE`" } else { "" };
+        Error::Usage(format!("no sample is called '{id}'; there are {}{mend}", ids.join(", ")))
+    })
+}
+
+/// Where the picture goes: nowhere if only surface data were asked for.
+fn picture(out: Option<PathBuf>, common: &CommonArgs, name: &str) -> Option<PathBuf> {
+    match (out, &common.session.aov) {
+        (Some(path), _) => Some(path),
+        (None, Some(_)) => None,
+        (None, None) => Some(PathBuf::from(format!("{name}.png"))),
+    }
+}
+
+/// Whether a window can be opened, as far as the build and the environment tell. Says so if not.
+fn window_possible() -> bool {
+    if cfg!(not(feature = "window")) {
+        console::notice("this build has no window (feature `window`); rendering headless");
+        return false;
+    }
+    let set = |name: &str| env::var_os(name).is_some_and(|value| !value.is_empty());
+    let display = !cfg!(all(unix, not(target_os = "macos")))
+        || ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].into_iter().any(set);
+    if !display {
+        console::notice("no display (neither WAYLAND_DISPLAY nor DISPLAY is set); rendering headless");
+    }
+    display
+}
+
+fn usage<T>(message: String) -> Result<T> {
+    Err(Error::Usage(message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::cli::{Cli, Command};
+    use clap::Parser;
+
+    struct Own;
+    impl Sample for Own {
+        fn id(&self) -> &'static str {
+            "own"
+        }
+        fn summary(&self) -> &'static str {
+            "brings its own scene"
+        }
+        fn scene(&self) -> Source {
+            Source::File("own.gltf".into())
+        }
+    }
+
+    fn job(line: &str) -> Result<Job<'static>> {
+        let words = std::iter::once("prism").chain(line.split_whitespace());
+        match Cli::try_parse_from(words).expect(line).command {
+            Command::Run(args) => Job::run(args, &[&Own, &crate::viewer::Viewer]),
+            Command::Render(args) => {
+                let still = Box::leak(Box::new(Still(args.scene.clone())));
+                Job::render(args, still)
+            }
+            other => panic!("parsed as {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_picture_is_named_after_what_is_drawn() {
+        assert_eq!(job("run own --headless").unwrap().out.as_deref(), Some(Path::new("own.png")));
+        assert_eq!(job("render /some/wall.glb").unwrap().out.as_deref(), Some(Path::new("wall.png")));
+        assert_eq!(job("render wall.glb --aov wall.exr").unwrap().out, None);
+        let both = job("render wall.glb --aov wall.exr --out a.png").unwrap();
+        assert_eq!(both.out.as_deref(), Some(Path::new("a.png")));
+    }
+
+    #[test]
+    fn a_headless_run_counts_its_frames() {
+        let one = job("run own --headless").unwrap();
+        assert_eq!((one.window, one.frames, one.time_step), (false, Some(1), Some(HEADLESS_STEP)));
+        let three = job("run own --out a.png --frames 3 --time-step 0.5").unwrap();
+        assert_eq!((three.window, three.frames, three.time_step), (false, Some(3), Some(0.5)));
+    }
+
+    #[test]
+    fn wrong_usage_is_told_before_anything_is_loaded() {
+        for line in [
+            "run nothing",
+            "run scene.gltf",
+            "run own --scene other.gltf",
+            "run own --headless --time-step 0.5",
+            "run own --out a.jpg",
+            "render a.gltf --aov a.png",
+            "render a.gltf --csv a.png --out a.png",
+            "render a.gltf --march none",
+        ] {
+            let error = job(line).err().unwrap_or_else(|| panic!("{line}: accepted"));
+            assert_eq!(error.exit_code(), 2, "{line}: {error}");
+        }
+        let error = job("render a.gltf --out /no/such/folder/a.png").err().expect("no folder");
+        assert_eq!(error.exit_code(), 1);
+    }
+
+    #[test]
+    fn a_wrong_name_lists_the_right_ones() {
+        let error = job("run nothing").err().expect("unknown").to_string();
+        assert!(error.contains("own, viewer"), "{error}");
+    }
+}

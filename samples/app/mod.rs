@@ -1,0 +1,75 @@
+//! The application around the samples: command line, headless and window loop, output files.
+
+mod assets;
+mod camera;
+mod choices;
+mod cli;
+mod console;
+mod devices;
+mod drawing;
+mod exr;
+mod files;
+mod headless;
+mod job;
+mod load;
+mod offscreen;
+mod png;
+pub mod sample;
+mod stats;
+mod still;
+#[cfg(test)]
+pub mod testing;
+mod timings;
+#[cfg(feature = "window")]
+mod window;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use prism_engine::error::Result;
+use tracing_subscriber::EnvFilter;
+
+use cli::{Cli, Command};
+use job::Job;
+use sample::Sample;
+use still::Still;
+
+/// The program: what `main` does with the list of samples. Errors end here, as a line and an exit code.
+pub fn main(samples: &[&dyn Sample]) -> ExitCode {
+    // Wrong words end here, with clap's own message and exit code 2; so does `--help`, with 0.
+    let cli = Cli::parse();
+    let filter = EnvFilter::try_from_env("PRISM_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false)
+        .init();
+    match dispatch(cli.command, samples) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::error(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
+    match command {
+        Command::List => devices::list_samples(samples),
+        Command::Devices => devices::list(),
+        Command::Run(args) => draw(&Job::run(args, samples)?),
+        Command::Render(args) => {
+            let still = Still(args.scene.clone());
+            draw(&Job::render(args, &still)?)
+        }
+    }
+}
+
+fn draw(job: &Job<'_>) -> Result<()> {
+    #[cfg(feature = "window")]
+    if job.window {
+        return window::run(job);
+    }
+    headless::run(job)
+}

@@ -1,0 +1,106 @@
+//! What a sample is. One trait serves the window, the headless run, the report and the tests.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DQuat, DVec3};
+use prism_engine::{
+    scene::{Camera, Scene},
+    settings::Settings,
+};
+
+/// A sample: what is shown, and how it moves. Everything else is the application's.
+///
+/// It keeps no state: a frame follows from its time alone, so that any frame can be asked for in any order.
+pub trait Sample: Sync {
+    /// Its name on the command line and of its folder.
+    fn id(&self) -> &'static str;
+
+    /// One line for `prism list`.
+    fn summary(&self) -> &'static str;
+
+    /// Where its scene comes from.
+    fn scene(&self) -> Source;
+
+    /// How it is drawn unless the command line says otherwise.
+    fn settings(&self) -> Settings {
+        Settings::default()
+    }
+
+    /// Whether [`Sample::at`] depends on the time. Where not, a window draws only when something else changes.
+    fn moves(&self) -> bool {
+        true
+    }
+
+    /// The picture at `time` seconds, which starts as `start` at time 0. By default nothing moves.
+    fn at(&self, _scene: &Scene, start: &Pose, _time: f64) -> Moment {
+        Moment::still(*start)
+    }
+}
+
+/// Where a sample's scene comes from.
+pub enum Source {
+    /// A file below the assets' folder.
+    Asset(&'static str),
+    /// The file that `--scene` names, or else a file below the assets' folder.
+    Chosen {
+        /// What is shown without `--scene`.
+        default: &'static str,
+    },
+    /// This file.
+    File(PathBuf),
+}
+
+/// A camera and the point it is about: what an orbit turns around.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose {
+    /// The camera.
+    pub camera: Camera,
+    /// The point it looks at, world units.
+    pub pivot: DVec3,
+}
+
+impl Pose {
+    /// Turns the camera around the vertical line through the pivot, counter-clockwise seen from above.
+    pub fn orbited(&self, angle: f64) -> Pose {
+        let turn = DAffine3::from_quat(DQuat::from_rotation_y(angle));
+        let around = DAffine3::from_translation(self.pivot) * turn * DAffine3::from_translation(-self.pivot);
+        Pose { camera: Camera { transform: around * self.camera.transform, ..self.camera }, ..*self }
+    }
+}
+
+/// What is in the picture at one time.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// Where from.
+    pub pose: Pose,
+    /// Instances (indices into `Scene::instances`) that have moved, and where to.
+    pub transforms: Vec<(usize, DAffine3)>,
+}
+
+impl Moment {
+    /// Nothing but the camera has moved.
+    pub fn still(pose: Pose) -> Moment {
+        Moment { pose, transforms: Vec::new() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use prism_engine::scene::Projection;
+
+    #[test]
+    fn an_orbit_keeps_distance_and_height() {
+        let camera = Camera {
+            transform: DAffine3::from_translation(DVec3::new(1.0, 2.0, 5.0)),
+            projection: Projection::Perspective { fov_y: 1.0, near: 0.1, far: None },
+        };
+        let pose = Pose { camera, pivot: DVec3::new(1.0, 0.0, 0.0) };
+        let quarter = pose.orbited(std::f64::consts::FRAC_PI_2).camera.transform;
+        assert!(quarter.translation.abs_diff_eq(DVec3::new(6.0, 2.0, 0.0), 1e-12), "{quarter:?}");
+        // It still looks at the pivot's axis.
+        assert!((quarter.matrix3 * DVec3::NEG_Z).abs_diff_eq(DVec3::NEG_X, 1e-12));
+        let back = pose.orbited(0.0).camera.transform;
+        assert!(back.translation.abs_diff_eq(camera.transform.translation, 0.0));
+    }
+}

@@ -1,0 +1,62 @@
+//! What `--stats` prints: the device, the pipelines, the passes, the memory.
+
+use std::fmt::Write as _;
+
+use prism_engine::{
+    gpu::{Context, ShaderCompiler, ShaderStage},
+    render::Renderer,
+};
+
+use super::timings::{self, FrameRow};
+
+/// The report, one fact a line, each line with its key in front.
+pub fn report(ctx: &Context, compiler: &ShaderCompiler, renderer: &Renderer, frames: &[FrameRow]) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |key: &str, value: String| drop(writeln!(text, "{key}: {value}"));
+
+    line("device", format!("{}, {}", ctx.device_name(), ctx.driver().trim()));
+    line("features", or_none(ctx.enabled_features().iter().map(|feature| feature.name())));
+    line("extensions", or_none(ctx.enabled_extensions().iter().map(String::as_str)));
+    let compiled = compiler.stats();
+    line(
+        "shaders",
+        format!("{} compiled in {:.1} ms, {} from the cache", compiled.misses, compiled.compile_ms, compiled.hits),
+    );
+    for (name, pipeline) in renderer.pipelines() {
+        // From the SPIR-V itself, so that one stage cannot pose as another.
+        let models: Vec<&str> = pipeline.execution_models().into_iter().map(execution_model).collect();
+        line(&format!("pipeline {name}"), models.join("+"));
+    }
+    let memory = ctx.memory_report();
+    let total: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
+    let passes = timings::summary(frames);
+
+    text.push_str(&passes);
+    let _ = writeln!(text, "memory: {} in {} allocations", mebibytes(total), memory.len());
+    for (name, bytes) in &memory {
+        let _ = writeln!(text, "memory {name}: {}", mebibytes(*bytes));
+    }
+    text
+}
+
+/// SPIR-V's name of the stage.
+fn execution_model(stage: ShaderStage) -> &'static str {
+    match stage {
+        ShaderStage::Vertex => "Vertex",
+        ShaderStage::Geometry => "Geometry",
+        ShaderStage::Task => "TaskEXT",
+        ShaderStage::Mesh => "MeshEXT",
+        ShaderStage::Fragment => "Fragment",
+        ShaderStage::Compute => "GLCompute",
+    }
+}
+
+fn or_none<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{:.3} MiB", bytes as f64 / f64::from(1 << 20))
+}

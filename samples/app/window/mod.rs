@@ -1,0 +1,122 @@
+//! The window: an event loop around the same drawing that runs headless.
+
+mod clock;
+mod input;
+mod orbit;
+mod shown;
+
+use prism_engine::{
+    error::{Error, Result},
+    gpu::ValidationLog,
+    scene::Scene,
+};
+use winit::{
+    application::ApplicationHandler,
+    error::EventLoopError,
+    event::WindowEvent,
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    window::WindowId,
+};
+
+use super::{console, job::Job, load, sample::Pose};
+use input::{Input, KEYS, Wish};
+use shown::{After, Shown};
+
+const WITHOUT: &str = "check DISPLAY and WAYLAND_DISPLAY, or render without a window (--headless)";
+
+/// Shows the job in a window until the user, or its number of frames, ends it.
+pub fn run(job: &Job<'_>) -> Result<()> {
+    // The display first: a machine without one need not load a scene to say so.
+    let events = EventLoop::new().map_err(|e| Error::unsupported(format!("no window can be opened: {e}"), WITHOUT))?;
+    // Nothing is drawn unless something changes; a frame that moves asks for the next one.
+    events.set_control_flow(ControlFlow::Wait);
+    let (scene, start) = load::load(job)?;
+    let mut app =
+        App { job, scene: Some((scene, start)), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
+    let ended = events.run_app(&mut app);
+    app.outcome?;
+    ended.map_err(event_loop_failed)?;
+    app.log.map_or(Ok(()), |log| log.check())
+}
+
+fn event_loop_failed(cause: EventLoopError) -> Error {
+    Error::gpu("handling the window's events", cause)
+}
+
+struct App<'a> {
+    job: &'a Job<'a>,
+    /// Until the window is there.
+    scene: Option<(Scene, Pose)>,
+    shown: Option<Shown<'a>>,
+    input: Input,
+    log: Option<ValidationLog>,
+    outcome: Result<()>,
+}
+
+impl App<'_> {
+    /// Runs `body` on what is shown; an error ends the loop.
+    fn with_shown(&mut self, events: &ActiveEventLoop, body: impl FnOnce(&mut Shown<'_>) -> Result<After>) {
+        let Some(shown) = &mut self.shown else { return };
+        match body(shown) {
+            Ok(After::Wait) => {}
+            Ok(After::Redraw) => shown.request_redraw(),
+            Ok(After::Quit) => events.exit(),
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
+        // The first error is the cause of those that follow.
+        if self.outcome.is_ok() {
+            self.outcome = Err(error);
+        }
+        events.exit();
+    }
+}
+
+impl ApplicationHandler for App<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let Some((scene, start)) = self.scene.take() else { return };
+        match Shown::open(events, self.job, scene, start) {
+            Ok(shown) => {
+                console::line(KEYS);
+                self.log = Some(shown.validation_log());
+                shown.request_redraw();
+                self.shown = Some(shown);
+            }
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
+        let Some(shown) = &mut self.shown else { return };
+        if let Some(wish) = self.input.wish(&event, shown.scale()) {
+            return self.with_shown(events, |shown| match wish {
+                Wish::Quit => Ok(After::Quit),
+                wish => shown.grant(wish).map(|()| After::Redraw),
+            });
+        }
+        match event {
+            WindowEvent::Resized(size) => self.with_shown(events, |shown| {
+                shown.resized([size.width, size.height]);
+                Ok(After::Redraw)
+            }),
+            WindowEvent::Occluded(hidden) => self.with_shown(events, |shown| {
+                shown.occluded(hidden);
+                Ok(After::Redraw)
+            }),
+            WindowEvent::RedrawRequested => self.with_shown(events, |shown| shown.draw()),
+            _ => {}
+        }
+    }
+
+    fn exiting(&mut self, _events: &ActiveEventLoop) {
+        // Here and not after the loop: what draws to the window must go while the display's connection is open.
+        if let Some(shown) = self.shown.take() {
+            let finished = shown.finish();
+            if self.outcome.is_ok() {
+                self.outcome = finished;
+            }
+        }
+    }
+}

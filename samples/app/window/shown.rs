@@ -1,0 +1,297 @@
+//! What is in the window: the drawing, the user's camera and keys, and the pictures on their way to the screen.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
+
+use prism_engine::{
+    error::{Error, Result},
+    gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
+    render::Output,
+    scene::Scene,
+    settings::{Settings, Shell, Stage},
+};
+use winit::{
+    dpi::PhysicalSize,
+    event_loop::ActiveEventLoop,
+    raw_window_handle::{HasDisplayHandle, HasWindowHandle},
+    window::{Window, WindowAttributes},
+};
+
+use super::{
+    clock::{Clock, Pace},
+    input::Wish,
+    orbit::Orbit,
+};
+use crate::app::{
+    choices, console,
+    drawing::{self, Drawing},
+    job::Job,
+    offscreen::Offscreen,
+    png,
+    sample::{Moment, Pose},
+};
+
+/// Two: the CPU records one frame while the GPU runs the other; more would only add delay to the mouse.
+const IN_FLIGHT: usize = 2;
+
+/// What the event loop does after an event.
+pub enum After {
+    /// Waits for the next event.
+    Wait,
+    /// Draws.
+    Redraw,
+    /// Ends.
+    Quit,
+}
+
+/// An open window. Fields drop in this order: the window after everything that draws to it.
+pub struct Shown<'a> {
+    job: &'a Job<'a>,
+    drawing: Drawing<'a>,
+    swapchain: Swapchain,
+    frames: Frames,
+    ctx: Context,
+    orbit: Orbit,
+    clock: Clock,
+    pace: Pace,
+    /// Frames presented so far.
+    count: u64,
+    /// Milliseconds per frame as the title shows them.
+    frame_ms: Option<f64>,
+    /// In pixels; 0 while minimised.
+    size: [u32; 2],
+    hidden: bool,
+    screenshot: bool,
+    window: Arc<Window>,
+}
+
+impl<'a> Shown<'a> {
+    /// Opens the window and puts the scene on a device that can present to it.
+    pub fn open(events: &ActiveEventLoop, job: &'a Job<'a>, scene: Scene, start: Pose) -> Result<Shown<'a>> {
+        let size = job.common.session.size;
+        let attributes = WindowAttributes::default()
+            .with_title(job.sample.id())
+            .with_inner_size(PhysicalSize::new(size.width, size.height));
+        let window = events.create_window(attributes).map_err(no_window)?;
+        let features = drawing::features(job, &scene, true);
+        let display = window.display_handle().map_err(no_window)?.as_raw();
+        let handle = window.window_handle().map_err(no_window)?.as_raw();
+        let desc = ContextDesc { surface: Some((display, handle)), ..drawing::context_desc(job, &features) };
+        let ctx = Context::new(&desc)?;
+
+        // The window system may have given another size than was asked for.
+        let size = window.inner_size().into();
+        let swapchain = Swapchain::new(&ctx, size, true)?;
+        let output = Output { color_format: swapchain.format(), aov: false };
+        let drawing = Drawing::new(job, scene, start, &ctx, output, IN_FLIGHT)?;
+        let shown = Shown {
+            job,
+            drawing,
+            swapchain,
+            frames: Frames::new(&ctx, IN_FLIGHT)?,
+            ctx,
+            orbit: Orbit::default(),
+            clock: Clock::new(job.time_step),
+            pace: Pace::default(),
+            count: 0,
+            frame_ms: None,
+            size,
+            hidden: false,
+            screenshot: false,
+            window: Arc::new(window),
+        };
+        shown.set_title();
+        Ok(shown)
+    }
+
+    /// The validation layer's messages, which outlive the window.
+    pub fn validation_log(&self) -> ValidationLog {
+        self.ctx.validation_log()
+    }
+
+    /// Pixels per logical pixel.
+    pub fn scale(&self) -> f64 {
+        self.window.scale_factor()
+    }
+
+    /// Asks the window system for a [`Self::draw`] at its convenience.
+    pub fn request_redraw(&self) {
+        self.window.request_redraw();
+    }
+
+    /// The window has another size now.
+    pub fn resized(&mut self, size: [u32; 2]) {
+        self.size = size;
+    }
+
+    /// Nothing of the window can be seen, or something again.
+    pub fn occluded(&mut self, hidden: bool) {
+        self.hidden = hidden;
+    }
+
+    /// Draws a frame and shows it.
+    pub fn draw(&mut self) -> Result<After> {
+        if self.hidden || self.size.contains(&0) {
+            // The window system tells when there is something to draw to again.
+            self.clock.skip();
+            self.pace.reset();
+            return Ok(After::Wait);
+        }
+        let mut frame = self.frames.begin()?;
+        let Some(target) = self.swapchain.acquire(&frame, self.size)? else {
+            // The window has just changed: its new images come with the next try.
+            return Ok(After::Redraw);
+        };
+        let now = Instant::now();
+        let time = self.clock.tick(now);
+        let moment = self.moment(time);
+        let image = self.swapchain.image(target);
+        let slot = frame.slot();
+        frame.cmd.image_barrier(image, Access::ACQUIRED, Access::COLOR_WRITE);
+        self.drawing.record(&mut frame.cmd, slot, Some((self.count, time)), &moment, image)?;
+        frame.cmd.image_barrier(image, Access::COLOR_WRITE, Access::PRESENT);
+        self.window.pre_present_notify();
+        self.swapchain.submit_and_present(&mut self.frames, frame, target)?;
+        self.count += 1;
+
+        if std::mem::take(&mut self.screenshot) {
+            self.save_screenshot(&moment)?;
+        }
+        if let Some(ms) = self.pace.frame(now) {
+            self.frame_ms = Some(ms);
+            self.set_title();
+        }
+        if self.job.frames.is_some_and(|frames| self.count >= frames) {
+            return Ok(After::Quit);
+        }
+        if self.job.frames.is_some() || self.moves() {
+            return Ok(After::Redraw);
+        }
+        self.pace.reset();
+        Ok(After::Wait)
+    }
+
+    /// Does what the user wants.
+    pub fn grant(&mut self, wish: Wish) -> Result<()> {
+        let settings = self.drawing.renderer().settings().clone();
+        match wish {
+            Wish::Stage => self.switch(choices::with_next_stage(&settings, &self.stages())),
+            Wish::Shell => self.switch(choices::with_shell(&settings, self.other_shell(&settings))),
+            Wish::March => self.switch(choices::with_next_march(&settings)),
+            Wish::Pause => {
+                self.clock.toggle_pause();
+                self.set_title();
+            }
+            Wish::ResetCamera => self.orbit = Orbit::default(),
+            Wish::Screenshot => self.screenshot = true,
+            Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
+            Wish::Shift(pixels) => self.orbit.shift(&self.pose(), pixels, self.height()),
+            Wish::Zoom(notches) => self.orbit.zoom(notches),
+            Wish::Quit => {}
+        }
+        Ok(())
+    }
+
+    /// Waits for the frames under way, tells what was measured and closes the window.
+    pub fn finish(mut self) -> Result<()> {
+        self.frames.wait()?;
+        self.drawing.finish()
+    }
+
+    fn moves(&self) -> bool {
+        self.job.sample.moves() && !self.clock.paused()
+    }
+
+    /// The sample's picture, seen as the user has turned it.
+    fn moment(&self, time: f64) -> Moment {
+        let moment = self.drawing.moment(time);
+        Moment { pose: self.orbit.apply(&moment.pose), ..moment }
+    }
+
+    /// The sample's own pose in the last frame.
+    fn pose(&self) -> Pose {
+        self.drawing.moment(self.clock.time()).pose
+    }
+
+    fn height(&self) -> f64 {
+        f64::from(self.size[1].max(1))
+    }
+
+    fn stages(&self) -> Vec<Stage> {
+        let stages = [(Stage::Mesh, Feature::MeshShader), (Stage::Geometry, Feature::GeometryShader)];
+        stages.into_iter().filter(|(_, feature)| self.ctx.has(*feature)).map(|(stage, _)| stage).collect()
+    }
+
+    fn other_shell(&self, settings: &Settings) -> Shell {
+        match (settings.resolved_shell(), self.job.settings.resolved_shell()) {
+            (Shell::Off, Shell::Off) => Shell::Auto,
+            (Shell::Off, own) => own,
+            _ => Shell::Off,
+        }
+    }
+
+    /// Draws with other settings from now on, or says why not and goes on as before.
+    fn switch(&mut self, settings: Settings) {
+        if let Err(error) = self.drawing.set_settings(&settings) {
+            console::notice(error);
+        }
+        self.pace.reset();
+        self.set_title();
+    }
+
+    /// Sample, stage, shell, march, time per frame.
+    fn set_title(&self) {
+        let settings = self.drawing.renderer().settings();
+        let stage = match self.drawing.renderer().plan().stage {
+            Some(stage) if settings.stage == Stage::Auto => format!("stage auto ({stage})"),
+            Some(stage) => format!("stage {stage}"),
+            None => "no shell stage".to_owned(),
+        };
+        let mut title = format!(
+            "{} · {stage} · shell {} · march {}",
+            self.job.sample.id(),
+            settings.resolved_shell(),
+            settings.march
+        );
+        if let Some(ms) = self.frame_ms {
+            title += &format!(" · {ms:.1} ms");
+        }
+        if self.clock.paused() {
+            title += " · paused";
+        }
+        self.window.set_title(&title);
+    }
+
+    /// Draws the frame once more, to an image that can be read back: a window's images often cannot.
+    fn save_screenshot(&mut self, moment: &Moment) -> Result<()> {
+        let picture = Offscreen::new(&self.ctx, self.swapchain.extent(), self.swapchain.format())?;
+        let mut frame = self.frames.begin()?;
+        let slot = frame.slot();
+        picture.prepare(&mut frame.cmd);
+        self.drawing.record(&mut frame.cmd, slot, None, moment, picture.image())?;
+        self.frames.submit_and_wait(frame)?;
+        let path = free_name(self.job.sample.id());
+        // A folder that cannot be written to is no reason to close the window.
+        match png::write(&path, picture.image().extent(), &picture.read()?) {
+            Ok(()) => console::notice(format_args!("wrote {}", path.display())),
+            Err(error) => console::notice(error),
+        }
+        // The time this took is not the sample's.
+        self.clock.skip();
+        self.pace.reset();
+        Ok(())
+    }
+}
+
+/// `SAMPLE-1.png` in the current folder, or the first number that is not taken.
+fn free_name(id: &str) -> PathBuf {
+    let names = (1u64..).map(|number| PathBuf::from(format!("{id}-{number}.png")));
+    names.into_iter().find(|path| !Path::exists(path)).unwrap_or_else(|| PathBuf::from(format!("{id}.png")))
+}
+
+fn no_window(cause: impl std::fmt::Display) -> Error {
+    Error::unsupported(format!("no window can be opened: {cause}"), "render without a window (--headless)")
+}

@@ -1,0 +1,92 @@
+// glTF's metallic-roughness model: GGX distribution, height-correlated Smith visibility, Schlick Fresnel
+// (glTF 2.0 specification, appendix B; Heitz 2014; Walter et al. 2007), and the lights.
+#ifndef RENDER_BRDF_GLSL
+#define RENDER_BRDF_GLSL
+
+const float PI = 3.14159265358979;
+
+struct Surface {
+    vec3 position;  // camera-relative world
+    vec3 normal;    // shading normal, unit
+    vec3 geometric; // normal of the surface itself, unit, toward the viewer
+    vec3 view;      // unit, toward the viewer
+    vec3 base_color;
+    float metallic;
+    float roughness;
+    float occlusion;
+    vec3 emissive;
+};
+
+vec3 reflected(Surface surface, vec3 light) {
+    float alpha = max(surface.roughness * surface.roughness, 1e-3);
+    float a2 = alpha * alpha;
+    vec3 middle = normalize(light + surface.view);
+    float nl = dot(surface.normal, light);
+    if (nl <= 0.0) {
+        return vec3(0.0);
+    }
+    float nv = max(dot(surface.normal, surface.view), 1e-4);
+    float nh = clamp(dot(surface.normal, middle), 0.0, 1.0), vh = clamp(dot(surface.view, middle), 0.0, 1.0);
+    float d = nh * nh * (a2 - 1.0) + 1.0;
+    float distribution = a2 / (PI * d * d);
+    float visibility = 0.5 / (nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2));
+    vec3 f0 = mix(vec3(0.04), surface.base_color, surface.metallic);
+    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - vh, 5.0);
+    vec3 diffuse = (1.0 - fresnel) * (1.0 - surface.metallic) * surface.base_color / PI;
+    return nl * (diffuse + fresnel * distribution * visibility);
+}
+
+// Direction toward light `i` (unit) and its irradiance on a surface facing it.
+vec3 light_arriving(Light light, vec3 position, out vec3 toward) {
+    toward = -light.direction.xyz;
+    vec3 arriving = light.intensity.rgb;
+    if (light.intensity.w > 0.0) {
+        // Point or spot: inverse square, windowed to its range (KHR_lights_punctual).
+        vec3 offset = light.position.xyz - position;
+        float squared = max(dot(offset, offset), 1e-12);
+        toward = offset * inversesqrt(squared);
+        float window = clamp(1.0 - squared * squared * light.position.w, 0.0, 1.0);
+        float cone = clamp(dot(-toward, light.direction.xyz) * light.spot.x + light.spot.y, 0.0, 1.0);
+        arriving *= window * cone * cone / squared;
+    }
+    return arriving;
+}
+
+// Two-colour sky: what is not lit directly still has form.
+vec3 ambient(Surface surface) {
+    float up = 0.5 + 0.5 * surface.normal.y;
+    vec3 irradiance = mix(frame.ground.rgb, frame.sky.rgb, up);
+    vec3 f0 = mix(vec3(0.04), surface.base_color, surface.metallic);
+    vec3 albedo = surface.base_color * (1.0 - surface.metallic) + f0;
+    return surface.occlusion * irradiance * albedo;
+}
+
+// Scene-linear radiance toward the viewer. `lit` applies to the first light.
+vec3 shade(Surface surface, float lit) {
+    vec3 sum = ambient(surface) + surface.emissive;
+#ifdef HAS_LIGHTS
+    for (uint i = 0u; i < frame.counts.x; ++i) {
+        vec3 toward;
+        vec3 arriving = light_arriving(lights.item[i], surface.position, toward);
+        sum += (i == 0u ? lit : 1.0) * arriving * reflected(surface, toward);
+    }
+#endif
+    return sum;
+}
+
+// Khronos PBR Neutral tone mapper: base colours below the shoulder come out as authored.
+vec3 tone_map(vec3 color) {
+    const float start = 0.8 - 0.04, desaturation = 0.15;
+    float low = min(color.r, min(color.g, color.b));
+    color -= low < 0.08 ? low - 6.25 * low * low : 0.04;
+    float peak = max(color.r, max(color.g, color.b));
+    if (peak < start) {
+        return color;
+    }
+    float room = 1.0 - start;
+    float compressed = 1.0 - room * room / (peak + room - start);
+    float gray = 1.0 - 1.0 / (desaturation * (peak - compressed) + 1.0);
+    return mix(color * compressed / peak, vec3(compressed), gray);
+}
+
+#endif

@@ -1,0 +1,34 @@
+// Our bindings. Set 0: the frame; set 1: one primitive and its material. The structs come from render/layout.rs.
+#ifndef RENDER_INTERFACE_GLSL
+#define RENDER_INTERFACE_GLSL
+
+#include "layout.glsl"
+
+layout(std140, set = 0, binding = 0) uniform FrameBlock { Frame frame; };
+layout(std430, set = 0, binding = 1) readonly buffer ObjectBlock { Object item[]; } objects;
+#ifdef HAS_LIGHTS
+layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; } lights;
+#endif
+layout(std430, set = 1, binding = 0) readonly buffer VertexBlock { Vertex item[]; } vertices;
+layout(std430, set = 1, binding = 1) readonly buffer PrismBlock { PrismData item[]; } prisms;
+layout(std140, set = 1, binding = 2) uniform MaterialBlock { Material material; };
+
+layout(push_constant) uniform DrawBlock { Draw draw; };
+
+vec3 transform_point(vec4 x, vec4 y, vec4 z, vec3 p) {
+    precise vec3 value = vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w);
+    return value;
+}
+
+vec3 transform_direction(vec4 x, vec4 y, vec4 z, vec3 d) {
+    precise vec3 value = vec3(dot(x.xyz, d), dot(y.xyz, d), dot(z.xyz, d));
+    return value;
+}
+
+// What the depth buffer holds at a view depth: reversed, 1 at the near plane.
+float buffer_depth(float view_depth) {
+    float z = frame.lens.x * view_depth + frame.lens.y;
+    return frame.counts.y != 0u ? z / view_depth : z;
+}
+
+#endif

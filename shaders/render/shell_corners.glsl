@@ -1,0 +1,32 @@
+// Fetching a prism: what the geometry, mesh and fragment stages share.
+#ifndef RENDER_SHELL_CORNERS_GLSL
+#define RENDER_SHELL_CORNERS_GLSL
+
+#include "shell/outline.glsl"
+
+// Clip x, y, w and view depth of the six corners: three at the lowest level, three at the highest.
+void prism_corners(Object object, PrismData data, out vec4 corners[6]) {
+    for (int k = 0; k < 3; ++k) {
+        Vertex vertex = vertices.item[data.corners[k]];
+        for (int level = 0; level < 2; ++level) {
+            vec3 at = vertex.position.xyz + data.range[level] * vertex.shell.xyz;
+            vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, at);
+            corners[3 * level + k] = vec4(clip, dot(object.depth.xyz, at) + object.depth.w);
+        }
+    }
+}
+
+Outline outline_of(uint prism) {
+    vec4 corners[6];
+    prism_corners(objects.item[draw.object], prisms.item[prism], corners);
+    return prism_outline(corners, frame.lens.z, 2.0 * frame.viewport.zw);
+}
+
+// Outline vertex `i` at the prism's nearest depth, a little nearer still: the hit may not lie before the raster depth
+// where the conservative-depth qualifier promises so.
+vec4 outline_position(Outline outline, int i) {
+    float depth = max(outline.nearest * (1.0 - 1e-5), frame.lens.z);
+    return vec4(outline.ndc[i], min(buffer_depth(depth), 1.0), 1.0);
+}
+
+#endif

@@ -1,0 +1,118 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The base surface: plain, or with a classic parallax technique in its tangent plane (--shell off).
+#include "render/interface.glsl"
+#include "render/material.glsl"
+#include "render/brdf.glsl"
+#include "render/output.glsl"
+
+layout(location = 0) in vec3 in_position;
+layout(location = 1) in vec3 in_normal;
+layout(location = 2) in vec4 in_uvs;
+#ifdef NORMAL_UV
+layout(location = 3) in vec4 in_tangent;
+#endif
+#ifdef HAS_HEIGHT
+layout(location = 4) in vec2 in_height_uv;
+layout(set = 1, binding = 3) uniform sampler2D height_map;
+#define HEIGHT_MAP height_map
+#include "shell/height.glsl"
+#include "shell/plane.glsl"
+#endif
+
+vec3 toward_eye(Object object, vec3 position) {
+    return object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
+}
+
+void main() {
+    Object object = objects.item[draw.object];
+    vec3 position = in_position;
+    float facing = gl_FrontFacing ? 1.0 : -1.0;
+    vec3 normal = facing * normalize(in_normal);
+    vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);
+    vec3 geometric = cross(position_x, position_y);
+    TexturePoint at[2] = TexturePoint[2](TexturePoint(in_uvs.xy, dFdx(in_uvs.xy), dFdy(in_uvs.xy)),
+                                         TexturePoint(in_uvs.zw, dFdx(in_uvs.zw), dFdy(in_uvs.zw)));
+    float level = 0.0;
+    float lit = 1.0;
+#ifdef HAS_HEIGHT
+    mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
+    // Seen from behind, heights turn inside out.
+    float scale = facing * material.displacement.x;
+    vec2 height_uv = in_height_uv;
+#ifdef MARCH_TRACES
+    vec2 range = facing * material.displacement.zw;
+    PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
+                                  int(material.march.x), int(material.march.y), int(material.march.z));
+    vec3 direction = normalize(-toward_eye(object, position));
+    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
+#ifdef UV_BOUNDS
+    if (any(lessThan(hit.uv, material.uv_bounds.xy)) || any(greaterThan(hit.uv, material.uv_bounds.zw))) {
+        discard;
+    }
+#endif
+    // The textures follow the height map's coordinates through the plane.
+    vec2 moved = hit.uv - height_uv;
+    mat2 height_linear = mat2(dFdx(in_height_uv), dFdy(in_height_uv));
+    vec2 pixels = abs(determinant(height_linear)) > 0.0 ? inverse(height_linear) * moved : vec2(0.0);
+    for (int i = 0; i < 2; ++i) {
+        at[i].uv += pixels.x * at[i].dx + pixels.y * at[i].dy;
+    }
+    height_uv = hit.uv;
+    level = facing * hit.t;
+#ifdef SELF_SHADOW
+    vec3 toward;
+    vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
+    light_arriving(lights.item[0], world, toward);
+    vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
+    lit = dot(toward_mesh, normal) > 0.0
+        ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal))
+        : 0.0;
+#endif
+#ifdef DEPTH_OFFSET
+    float along = dot(direction, normal);
+    position += direction * hit.t / (along < 0.0 ? min(along, -1e-3) : max(along, 1e-3));
+#endif
+#endif
+    vec2 gradient = scale * height_gradient(height_uv, 0.0);
+    vec3 slope = gradient * jacobian;
+#ifdef MARCH_TRACES
+    geometric = normal - slope;
+#endif
+    normal = normalize(normal - slope);
+#endif
+    geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
+    MaterialPoint m = material_at(at);
+#ifdef ALPHA_MASK
+    if (m.base_color.a < material.emissive.w) {
+        discard;
+    }
+#endif
+#ifdef NORMAL_UV
+    normal = mapped_normal(m.normal, normal, in_tangent);
+#endif
+
+    Surface surface;
+    surface.position = transform_point(object.world_x, object.world_y, object.world_z, position);
+    surface.view = normalize(object.eye.w != 0.0 ? -surface.position : -frame.forward.xyz);
+    surface.normal = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, normal));
+    surface.geometric = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, geometric));
+    surface.base_color = m.base_color.rgb;
+    surface.metallic = m.metallic;
+    surface.roughness = m.roughness;
+    surface.occlusion = m.occlusion;
+    surface.emissive = m.emissive;
+    float view_depth = dot(object.depth.xyz, position) + object.depth.w;
+#ifdef DEPTH_OFFSET
+    if (view_depth < frame.lens.z || view_depth > frame.lens.w) {
+        discard;
+    }
+    gl_FragDepth = buffer_depth(view_depth);
+#endif
+#ifdef HAS_HEIGHT
+    float height = level / material.displacement.x + material.displacement.y;
+#else
+    float height = material.displacement.y;
+#endif
+    write_outputs(surface, lit, at[AOV_UV].uv, view_depth, height);
+}

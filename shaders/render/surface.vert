@@ -1,0 +1,30 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "render/interface.glsl"
+
+layout(location = 0) out vec3 out_position; // mesh space
+layout(location = 1) out vec3 out_normal;   // authored, mesh space
+layout(location = 2) out vec4 out_uvs;
+#ifdef NORMAL_UV
+layout(location = 3) out vec4 out_tangent;
+#endif
+#ifdef HAS_HEIGHT
+layout(location = 4) out vec2 out_height_uv;
+#endif
+
+void main() {
+    Vertex vertex = vertices.item[gl_VertexIndex];
+    Object object = objects.item[draw.object];
+    vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, vertex.position.xyz);
+    float view_depth = dot(object.depth.xyz, vertex.position.xyz) + object.depth.w;
+    gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);
+    out_position = vertex.position.xyz;
+    out_normal = vertex.normal.xyz;
+    out_uvs = vertex.uvs;
+#ifdef NORMAL_UV
+    out_tangent = vertex.tangent;
+#endif
+#ifdef HAS_HEIGHT
+    out_height_uv = vec2(vertex.shell.w, vertex.normal.w);
+#endif
+}

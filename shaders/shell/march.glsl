@@ -1,0 +1,253 @@
+// The search for the height field along the exact curved path of a ray inside one prism.
+//
+// Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
+// Cost: prism_trace solves three quadratics; each step is three quadratics, one reciprocal and one height.
+#ifndef SHELL_MARCH_GLSL
+#define SHELL_MARCH_GLSL
+
+// How the neighbour across a wall continues the surface (two bits... one value a wall).
+const uint WALL_SAME = 0u;   // the same height there: no step
+const uint WALL_SEAM = 1u;   // displaced, with other texture coordinates: its height is read through `neighbour_uv`
+const uint WALL_PLAIN = 2u;  // a plain surface at t = 0
+const uint WALL_OPEN = 3u;   // border of the sheet, open
+const uint WALL_CLOSED = 4u; // border closed by a wall down to the lowest level
+
+// Everything about one prism that does not depend on the ray.
+struct Prism {
+    vec2 uv[3];             // height map coordinates of the corners
+    vec4 neighbour_uv[3];   // of wall k's canonical corners (first, second), on the other side of the wall
+    uint wall[3];           // WALL_*
+    float t0, t1;           // range of levels
+};
+
+// How a height in [0, 1] becomes a level, and how hard to look.
+struct MarchSettings {
+    float scale, midlevel;
+    int min_steps, max_steps; // linear steps in one prism: about one a texel of path, between these
+    int refine_steps;         // bisections (relief)
+    vec2 map_size;            // texels
+    bool two_sided;           // hits from behind count
+};
+
+struct ShellHit {
+    bool hit;
+    float depth;      // view depth
+    float t;          // level
+    vec3 lambda;      // barycentric weights
+    int wall;         // the wall hit (a step or a closed border), or -1 for the height field itself
+};
+
+// The path's numerators over their shared denominator, coordinates relative to corner 0.
+struct UvPath {
+    vec3 u, v, w;
+    vec2 origin;
+};
+
+UvPath uv_path(Prism prism, vec3 s[3]) {
+    vec2 e1 = prism.uv[1] - prism.uv[0], e2 = prism.uv[2] - prism.uv[0];
+    return UvPath(s[1] * e1.x + s[2] * e2.x, s[1] * e1.y + s[2] * e2.y, s[0] + s[1] + s[2], prism.uv[0]);
+}
+
+vec2 path_uv(UvPath path, float t) {
+    return path.origin + vec2(quadratic(path.u, t), quadratic(path.v, t)) / quadratic(path.w, t);
+}
+
+float surface_level(MarchSettings settings, vec2 uv) {
+    return (height_at(uv, 0.0) - settings.midlevel) * settings.scale;
+}
+
+// The prism's own coordinates at a point of wall k; canonical order, so that the neighbour without a seam gets the same.
+vec2 wall_uv(ProjectedPrism projected, Prism prism, int k, float weight) {
+    ivec2 c = wall_corners(projected, k);
+    return mix(prism.uv[c.x], prism.uv[c.y], weight);
+}
+
+// View depth at (lambda, t): `depth` and `slope` hold the corners' view depths and what the normals add per level.
+float depth_at(vec3 lambda, float t, vec3 depth, vec3 slope) {
+    return dot(lambda, depth + t * slope);
+}
+
+// Level on the path at which the view depth passes `near`, between an end before it and an end beyond it.
+float near_level(vec3 s[3], float before, float beyond, vec3 depth, vec3 slope, float near) {
+    for (int i = 0; i < 24; ++i) {
+        float t = 0.5 * (before + beyond);
+        vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
+        if (depth_at(weights / (weights.x + weights.y + weights.z), t, depth, slope) < near) {
+            before = t;
+        } else {
+            beyond = t;
+        }
+    }
+    return beyond;
+}
+
+// One end of an interval.
+struct PathEnd {
+    float t;
+    int wall;    // 0..2, or AT_LEVEL: the range's end, or the near plane
+    vec3 lambda;
+    vec2 uv;
+};
+
+PathEnd path_end(ProjectedPrism projected, Prism prism, vec3 s[3], float t, int wall) {
+    PathEnd end;
+    end.t = t;
+    end.wall = wall;
+    if (wall < 3) {
+        float weight = wall_weight(projected, wall, t);
+        end.lambda = wall_barycentrics(projected, wall, weight);
+        end.uv = wall_uv(projected, prism, wall, weight);
+    } else {
+        vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
+        end.lambda = weights / (weights.x + weights.y + weights.z);
+        end.uv = end.lambda.x * prism.uv[0] + end.lambda.y * prism.uv[1] + end.lambda.z * prism.uv[2];
+    }
+    return end;
+}
+
+// The level that the neighbour's surface has where the ray crosses wall `end.wall`; `otherwise` where there is none.
+float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings settings, PathEnd end, float own,
+                      float otherwise) {
+    uint kind = prism.wall[end.wall];
+    if (kind == WALL_SAME) {
+        return own;
+    }
+    if (kind == WALL_SEAM) {
+        vec4 uv = prism.neighbour_uv[end.wall];
+        return surface_level(settings, mix(uv.xy, uv.zw, wall_weight(projected, end.wall, end.t)));
+    }
+    return kind == WALL_PLAIN ? 0.0 : otherwise;
+}
+
+// The first hit in one interval, from `entry` to `leave`; `climbs`: t grows along the ray.
+// Returns the level, or sets hit = false. `wall` is the wall hit, or -1.
+float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settings, UvPath path, PathEnd entry,
+                     PathEnd leave, out bool hit, out int wall, out bool chord, out float along) {
+    hit = false;
+    wall = -1;
+    along = 0.0;
+    float span = leave.t - entry.t;
+    // A ray nearly within its level: t has too few bits left to tell its points apart, so follow the chord.
+    chord = abs(span) < 4e-6 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
+
+    float entry_level = surface_level(settings, entry.uv);
+    float before = entry.t - entry_level;
+    if (entry.wall < 3 && before < 0.0) {
+        // Below our surface: a hit if the ray came from above the neighbour's.
+        uint kind = prism.wall[entry.wall];
+        float outside = kind == WALL_CLOSED ? prism.t0 : 1e30;
+        if (entry.t >= neighbour_level(projected, prism, settings, entry, entry_level, outside) && kind != WALL_SAME) {
+            hit = true;
+            wall = entry.wall;
+            return entry.t;
+        }
+    }
+    bool above = before >= 0.0;
+
+    float texels = length((leave.uv - entry.uv) * settings.map_size);
+    int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
+    float last = 0.0;
+    for (int i = 1; i <= steps; ++i) {
+        float next = float(i) / float(steps);
+        float t = i == steps ? leave.t : entry.t + span * next;
+        vec2 uv = i == steps ? leave.uv : chord ? mix(entry.uv, leave.uv, next) : path_uv(path, t);
+        float after = t - surface_level(settings, uv);
+        bool now_above = after >= 0.0;
+        if (now_above != above && (above || settings.two_sided)) {
+            float a = last, b = next, fa = before, fb = after;
+#ifdef MARCH_RELIEF
+            for (int r = 0; r < settings.refine_steps; ++r) {
+                float m = 0.5 * (a + b);
+                float tm = entry.t + span * m;
+                float fm = tm - surface_level(settings, chord ? mix(entry.uv, leave.uv, m) : path_uv(path, tm));
+                if ((fm >= 0.0) == above) {
+                    a = m;
+                    fa = fm;
+                } else {
+                    b = m;
+                    fb = fm;
+                }
+            }
+#endif
+            // Linear between the last two samples: all of POM, and what is left of the bracket for relief.
+            float denominator = fa - fb;
+            float part = denominator == 0.0 ? 0.5 : clamp(fa / denominator, 0.0, 1.0);
+            along = mix(a, b, part);
+            hit = true;
+            return entry.t + span * along;
+        }
+        above = now_above;
+        before = after;
+        last = next;
+    }
+    if (above && leave.wall < 3 && prism.wall[leave.wall] == WALL_PLAIN && leave.t < 0.0) {
+        // Above our surface but below the plain neighbour's: the step up to it.
+        hit = true;
+        wall = leave.wall;
+        along = 1.0;
+        return leave.t;
+    }
+    return 0.0;
+}
+
+// The first hit of the pixel's ray in a prism, beyond the near plane.
+// handedness: sign of det of the linear x, y, w rows (x, y, view depth when orthographic) of mesh to clip: t climbs
+// away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
+ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settings, vec3 depth, vec3 slope, float near,
+                     float handedness) {
+    vec3 s[3];
+    for (int k = 0; k < 3; ++k) {
+        s[k] = wall_quadratic(projected, k);
+    }
+    Crossings crossings = prism_crossings(s, prism.t0, prism.t1);
+    for (int k = 0; k < 3; ++k) {
+        s[k] *= wall_sign(projected, k);
+    }
+    UvPath path = uv_path(prism, s);
+    ShellHit best;
+    best.hit = false;
+    best.depth = 1e30;
+    for (int i = 0; i + 1 < crossings.count; ++i) {
+        float ta = crossings.t[i], tb = crossings.t[i + 1];
+        float middle = 0.5 * (ta + tb);
+        vec3 sides = vec3(quadratic(s[0], middle), quadratic(s[1], middle), quadratic(s[2], middle));
+        bool front = all(greaterThanEqual(sides, vec3(0.0))), back = all(lessThanEqual(sides, vec3(0.0)));
+        if (!front && !back) {
+            continue;
+        }
+        bool climbs = front == (handedness > 0.0);
+        PathEnd entry = path_end(projected, prism, s, climbs ? ta : tb, crossings.wall[climbs ? i : i + 1]);
+        PathEnd leave = path_end(projected, prism, s, climbs ? tb : ta, crossings.wall[climbs ? i + 1 : i]);
+        float entry_depth = depth_at(entry.lambda, entry.t, depth, slope);
+        float leave_depth = depth_at(leave.lambda, leave.t, depth, slope);
+        if (leave_depth < near || entry_depth >= best.depth) {
+            continue;
+        }
+        if (entry_depth < near) {
+            entry = path_end(projected, prism, s, near_level(s, entry.t, leave.t, depth, slope, near), AT_LEVEL);
+        }
+        bool hit, chord;
+        int wall;
+        float along;
+        float t = march_interval(projected, prism, settings, path, entry, leave, hit, wall, chord, along);
+        if (!hit) {
+            continue;
+        }
+        vec3 lambda;
+        if (wall >= 0) {
+            lambda = along == 0.0 ? entry.lambda : leave.lambda;
+        } else if (chord) {
+            lambda = mix(entry.lambda, leave.lambda, along);
+        } else {
+            vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
+            lambda = weights / (weights.x + weights.y + weights.z);
+        }
+        float hit_depth = depth_at(lambda, t, depth, slope);
+        if (hit_depth < best.depth) {
+            best = ShellHit(true, hit_depth, t, lambda, wall);
+        }
+    }
+    return best;
+}
+
+#endif

@@ -1,0 +1,98 @@
+// The classic parallax techniques: the height field over the tangent plane of a base surface point.
+//
+// Near the point the surface is taken as flat, so the ray is straight in texture space: at level t above the plane its
+// coordinates are uv + t * slope. Needs the height hook `height_at`. Cost: one height a step.
+#ifndef SHELL_PLANE_GLSL
+#define SHELL_PLANE_GLSL
+
+struct PlaneRay {
+    vec2 uv;      // of the base surface point, level 0
+    vec2 slope;   // change of uv per level, along the ray
+    float cosine; // |cos| between ray and normal
+};
+
+struct PlaneMarch {
+    float scale, midlevel; // level = (height - midlevel) * scale; negative scale: seen from behind
+    float t0, t1;          // range of levels
+    int min_steps, max_steps, refine_steps;
+};
+
+struct PlaneHit {
+    float t; // level
+    vec2 uv;
+};
+
+// How a vector of mesh space moves uv within the plane of `normal`: from the derivatives of position and uv over the
+// screen, hence in true proportion under any parametrisation (surface-gradient form, Mikkelsen 2010, eq. 3 to 5).
+mat3x2 uv_jacobian(vec3 position_x, vec3 position_y, vec2 uv_x, vec2 uv_y, vec3 normal) {
+    vec3 r1 = cross(position_y, normal), r2 = cross(normal, position_x);
+    float det = dot(position_x, r1);
+    float inverse = abs(det) > 0.0 ? 1.0 / det : 0.0;
+    return mat3x2(inverse * (r1.x * uv_x + r2.x * uv_y), inverse * (r1.y * uv_x + r2.y * uv_y),
+                  inverse * (r1.z * uv_x + r2.z * uv_y));
+}
+
+// The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero:
+// there the plane is seen edge-on and the approximation has no answer.
+PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal) {
+    direction = normalize(direction);
+    float along = dot(direction, normal);
+    float cosine = max(abs(along), 1e-3);
+    vec3 tangential = direction - along * normal;
+    return PlaneRay(uv, jacobian * tangential / (along < 0.0 ? -cosine : cosine), cosine);
+}
+
+float plane_level(PlaneMarch march, vec2 uv) {
+    return (height_at(uv, 0.0) - march.midlevel) * march.scale;
+}
+
+// More steps the flatter the ray (Tatarchuk 2006).
+int plane_steps(PlaneMarch march, float cosine) {
+    return int(mix(float(march.max_steps), float(march.min_steps), cosine) + 0.5);
+}
+
+// From the top of the range down to the field. Always ends in a hit: at the bottom at the latest.
+PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
+    int steps = plane_steps(march, ray.cosine);
+    float a = march.t1, fa = a - plane_level(march, ray.uv + a * ray.slope);
+    float b = a, fb = fa;
+    for (int i = 1; i <= steps && fb > 0.0; ++i) {
+        a = b;
+        fa = fb;
+        b = mix(march.t1, march.t0, float(i) / float(steps));
+        fb = b - plane_level(march, ray.uv + b * ray.slope);
+    }
+#ifdef MARCH_RELIEF
+    for (int r = 0; r < march.refine_steps; ++r) {
+        float m = 0.5 * (a + b);
+        float fm = m - plane_level(march, ray.uv + m * ray.slope);
+        if (fm > 0.0) {
+            a = m;
+            fa = fm;
+        } else {
+            b = m;
+            fb = fm;
+        }
+    }
+#endif
+    float denominator = fa - fb;
+    float t = mix(a, b, denominator > 0.0 ? clamp(fa / denominator, 0.0, 1.0) : 1.0);
+    return PlaneHit(t, ray.uv + t * ray.slope);
+}
+
+// 1 where the light along `ray` (from the base point toward the light) is seen from the hit, else 0.
+float plane_lit(PlaneMarch march, PlaneHit hit, PlaneRay ray) {
+    int steps = plane_steps(march, ray.cosine);
+    float range = march.t1 - march.t0;
+    // The hit itself is on the field only to the accuracy of its own march.
+    float clear = 0.5 * range / float(max(steps, 1) * (1 << min(march.refine_steps, 8))) + 1e-4 * range;
+    for (int i = 1; i <= steps; ++i) {
+        float t = mix(hit.t, march.t1, float(i) / float(steps));
+        if (plane_level(march, hit.uv + (t - hit.t) * ray.slope) > t + clear) {
+            return 0.0;
+        }
+    }
+    return 1.0;
+}
+
+#endif

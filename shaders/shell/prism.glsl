@@ -1,0 +1,125 @@
+// One ray in one prism: the projected corners, the three side walls, the intervals inside.
+//
+// The prism of a triangle is { sum l_k (P_k + t N_k) : l a barycentric triple, t0 <= t <= t1 }. Seen along a ray its
+// corners become 2D points p_k + t q_k, with the ray at the origin, and everything about the ray is a polynomial in the
+// level t (DESIGN section 4; the same rational path as Ogaki 2023, in the plane across the ray):
+//
+//     s_k(t) = (p_i + t q_i) x (p_j + t q_j),  (i, j) = (k+1, k+2) mod 3      quadratic, one per side wall
+//     l_k(t) = s_k(t) / (s_0 + s_1 + s_2)(t)
+//
+// Needs nothing but core GLSL. No bindings.
+#ifndef SHELL_PRISM_GLSL
+#define SHELL_PRISM_GLSL
+
+// The corners of a prism across the ray, and the order in which each wall is evaluated.
+struct ProjectedPrism {
+    vec2 p[3];
+    vec2 q[3];
+    // Wall k joins corners (k+1, k+2) mod 3; true where their welded ids are in descending order.
+    bvec3 descending;
+};
+
+// A quadratic a + b t + c t^2 as (a, b, c).
+float quadratic(vec3 coefficients, float t) {
+    precise float value = coefficients.x + t * (coefficients.y + t * coefficients.z);
+    return value;
+}
+
+float cross2(vec2 a, vec2 b) {
+    precise float value = a.x * b.y - a.y * b.x;
+    return value;
+}
+
+// Corner of a point given by its clip coordinates (x, y, w), for the pixel at `ndc`. A direction has w = its own w row.
+vec2 across_ray(vec3 clip, vec2 ndc) {
+    precise vec2 value = clip.xy - ndc * clip.z;
+    return value;
+}
+
+// The two corners of wall k in canonical order: lower welded id first. Both prisms at a wall evaluate it in this order
+// with the same operations, so they agree on it to the bit and no ray slips between them.
+ivec2 wall_corners(ProjectedPrism prism, int k) {
+    ivec2 ij = ivec2((k + 1) % 3, (k + 2) % 3);
+    return prism.descending[k] ? ij.yx : ij;
+}
+
+// s_k of the wall in canonical order; the prism's own s_k is `wall_sign` times it.
+vec3 wall_quadratic(ProjectedPrism prism, int k) {
+    ivec2 c = wall_corners(prism, k);
+    vec2 pi = prism.p[c.x], pj = prism.p[c.y], qi = prism.q[c.x], qj = prism.q[c.y];
+    precise vec3 value = vec3(cross2(pi, pj), cross2(pi, qj) + cross2(qi, pj), cross2(qi, qj));
+    return value;
+}
+
+float wall_sign(ProjectedPrism prism, int k) {
+    return prism.descending[k] ? -1.0 : 1.0;
+}
+
+// Where the ray crosses wall k at level t: the weight of the second corner of `wall_corners`, in [0, 1].
+// Well conditioned even where s_0 + s_1 + s_2 vanishes (a ray within the level).
+float wall_weight(ProjectedPrism prism, int k, float t) {
+    ivec2 c = wall_corners(prism, k);
+    precise vec2 a = prism.p[c.x] + t * prism.q[c.x];
+    precise vec2 b = prism.p[c.y] + t * prism.q[c.y];
+    precise vec2 e = b - a;
+    precise float weight = -dot(a, e) / max(dot(e, e), 1e-37);
+    return clamp(weight, 0.0, 1.0);
+}
+
+// Barycentric weights of the point of wall k with weight `w` of its second canonical corner.
+vec3 wall_barycentrics(ProjectedPrism prism, int k, float w) {
+    ivec2 c = wall_corners(prism, k);
+    vec3 lambda = vec3(0.0);
+    lambda[c.x] = 1.0 - w;
+    lambda[c.y] = w;
+    return lambda;
+}
+
+// Level ends of the inside intervals: at most six wall roots between the two ends of the prism's range.
+const int MAX_CROSSINGS = 8;
+const int AT_LEVEL = 3; // not a wall: an end of the range of t
+
+struct Crossings {
+    int count;
+    float t[MAX_CROSSINGS];  // ascending
+    int wall[MAX_CROSSINGS]; // 0..2, or AT_LEVEL
+};
+
+void add_crossing(inout Crossings crossings, float t, int wall) {
+    int at = crossings.count++;
+    for (; at > 0 && crossings.t[at - 1] > t; --at) {
+        crossings.t[at] = crossings.t[at - 1];
+        crossings.wall[at] = crossings.wall[at - 1];
+    }
+    crossings.t[at] = t;
+    crossings.wall[at] = wall;
+}
+
+// All levels within [t0, t1] at which the line meets the border of the prism, ascending, both ends included. Between
+// two neighbours the line is inside iff the three s_k share a sign there.
+Crossings prism_crossings(vec3 s[3], float t0, float t1) {
+    Crossings crossings;
+    crossings.count = 0;
+    add_crossing(crossings, t0, AT_LEVEL);
+    add_crossing(crossings, t1, AT_LEVEL);
+    for (int k = 0; k < 3; ++k) {
+        float a = s[k].x, b = s[k].y, c = s[k].z;
+        precise float discriminant = b * b - 4.0 * a * c;
+        if (discriminant < 0.0) {
+            continue;
+        }
+        // The larger root first: no cancellation, and a vanishing c only sends it to infinity (out of range).
+        precise float h = -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+        precise float r0 = h / c;
+        precise float r1 = a / h;
+        if (c != 0.0 && r0 > t0 && r0 < t1) {
+            add_crossing(crossings, r0, k);
+        }
+        if (h != 0.0 && r1 > t0 && r1 < t1) {
+            add_crossing(crossings, r1, k);
+        }
+    }
+    return crossings;
+}
+
+#endif
