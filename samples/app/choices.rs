@@ -32,41 +32,6 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     Ok(settings)
 }
 
-/// The same settings with the shell switched on or off, for a window's key: the march follows where it must.
-pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
-    let mut next = Settings { shell, ..settings.clone() };
-    let shelled = next.resolved_shell() != Shell::Off;
-    if shelled && !next.march.traces() {
-        next.march = March::Relief;
-    }
-    if shelled {
-        // What a shell has by nature, or cannot do yet: the same words as a command line's defaults.
-        (next.silhouette, next.depth_offset, next.self_shadow) = (Silhouette::None, true, SelfShadow::Off);
-    }
-    next
-}
-
-/// The same settings with the next march that its shell allows, for a window's key.
-pub fn with_next_march(settings: &Settings) -> Settings {
-    let shelled = settings.resolved_shell() != Shell::Off;
-    let at = March::ALL.iter().position(|&march| march == settings.march).unwrap_or(0);
-    let march = March::ALL.iter().cycle().skip(at + 1).find(|march| !shelled || march.traces());
-    let mut next = Settings { march: march.copied().unwrap_or(settings.march), ..settings.clone() };
-    if !next.march.traces() {
-        // Both need a traced ray.
-        (next.silhouette, next.self_shadow) = (Silhouette::None, SelfShadow::Off);
-    }
-    next
-}
-
-/// The same settings with the next stage of those that the device has (`auto` is always one), for a window's key.
-pub fn with_next_stage(settings: &Settings, device_has: &[Stage]) -> Settings {
-    let at = Stage::ALL.iter().position(|&stage| stage == settings.stage).unwrap_or(0);
-    let mut after = Stage::ALL.iter().copied().cycle().skip(at + 1).take(Stage::ALL.len());
-    let stage = after.find(|stage| *stage == Stage::Auto || device_has.contains(stage)).unwrap_or(settings.stage);
-    Settings { stage, ..settings.clone() }
-}
-
 /// DESIGN section 3: the sample's march in a shell, `pom` without one unless the sample itself has no shell.
 fn march_for(shelled: bool, base: &Settings) -> March {
     let base_shelled = base.resolved_shell() != Shell::Off;
@@ -204,20 +169,6 @@ mod tests {
             "--stage geometry --march pom",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
-        }
-    }
-
-    #[test]
-    fn keys_never_reach_a_refused_combination() {
-        let mut now = Settings::default();
-        for step in 0..64 {
-            now = match step % 3 {
-                0 => with_shell(&now, if now.resolved_shell() == Shell::Off { Shell::Prism } else { Shell::Off }),
-                1 => with_next_march(&now),
-                _ => with_next_stage(&now, &[Stage::Geometry]),
-            };
-            assert!(now.resolved_shell() == Shell::Off || now.march.traces(), "{now:?}");
-            assert_ne!(now.stage, Stage::Mesh, "the device has none");
         }
     }
 }

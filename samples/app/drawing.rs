@@ -5,7 +5,6 @@ use prism_engine::{
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{self, Features, Output, Renderer},
     scene::Scene,
-    settings::Settings,
 };
 
 use super::{
@@ -99,7 +98,8 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws with other settings from the next frame on; on failure the old ones stay in force.
-    pub fn set_settings(&mut self, settings: &Settings) -> Result<()> {
+    #[cfg(feature = "window")]
+    pub fn set_settings(&mut self, settings: &prism_engine::settings::Settings) -> Result<()> {
         self.renderer.set_settings(&mut self.compiler, settings)?;
         self.tell_notices();
         Ok(())

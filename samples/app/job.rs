@@ -55,6 +55,9 @@ impl<'a> Job<'a> {
         };
         let files_only = args.headless || args.out.is_some() || args.common.session.aov.is_some();
         let window = !files_only && window_possible();
+        if args.time_step.is_some() && !sample.moves() {
+            return usage(format!("--time-step: nothing in {} moves with time; drop the flag", sample.id()));
+        }
         if !window && args.time_step.is_some() && args.frames.is_none() {
             return usage("--time-step needs --frames without a window: a single frame is at time 0".into());
         }
@@ -209,6 +212,7 @@ mod tests {
             "run scene.gltf",
             "run own --scene other.gltf",
             "run own --headless --time-step 0.5",
+            "run viewer --headless --frames 2 --time-step 0.5",
             "run own --out a.jpg",
             "render a.gltf --aov a.png",
             "render a.gltf --csv a.png --out a.png",

@@ -67,8 +67,8 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
 }
 
 fn draw(job: &Job<'_>) -> Result<()> {
-    #[cfg(feature = "window")]
     if job.window {
+        #[cfg(feature = "window")]
         return window::run(job);
     }
     headless::run(job)

@@ -12,8 +12,10 @@ use super::timings::{self, FrameRow};
 /// The report, one fact a line, each line with its key in front.
 pub fn report(ctx: &Context, compiler: &ShaderCompiler, renderer: &Renderer, frames: &[FrameRow]) -> String {
     let mut text = String::new();
-    // Writing to a String cannot fail.
-    let mut line = |key: &str, value: String| drop(writeln!(text, "{key}: {value}"));
+    let mut line = |key: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{key}: {value}");
+    };
 
     line("device", format!("{}, {}", ctx.device_name(), ctx.driver().trim()));
     line("features", or_none(ctx.enabled_features().iter().map(|feature| feature.name())));

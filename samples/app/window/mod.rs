@@ -4,6 +4,7 @@ mod clock;
 mod input;
 mod orbit;
 mod shown;
+mod switch;
 
 use prism_engine::{
     error::{Error, Result},

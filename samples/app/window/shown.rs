@@ -24,9 +24,10 @@ use super::{
     clock::{Clock, Pace},
     input::Wish,
     orbit::Orbit,
+    switch,
 };
 use crate::app::{
-    choices, console,
+    console,
     drawing::{self, Drawing},
     job::Job,
     offscreen::Offscreen,
@@ -178,9 +179,9 @@ impl<'a> Shown<'a> {
     pub fn grant(&mut self, wish: Wish) -> Result<()> {
         let settings = self.drawing.renderer().settings().clone();
         match wish {
-            Wish::Stage => self.switch(choices::with_next_stage(&settings, &self.stages())),
-            Wish::Shell => self.switch(choices::with_shell(&settings, self.other_shell(&settings))),
-            Wish::March => self.switch(choices::with_next_march(&settings)),
+            Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
+            Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
+            Wish::March => self.switch(switch::with_next_march(&settings)),
             Wish::Pause => {
                 self.clock.toggle_pause();
                 self.set_title();
