@@ -104,11 +104,21 @@ impl Sheet {
     }
 }
 
-/// A vertical wall: the part of the plane through `point` that `holds` says; UV and height follow from the point.
+/// A vertical wall: the part of the plane through `point` that `holds` says, with its UV and height.
 fn wall(ray: &Ray, point: DVec3, normal: DVec3, holds: impl Fn(DVec3) -> Option<(DVec2, f64)>) -> Option<Expected> {
     let depth = ray.plane(point, normal);
     let (uv, height) = holds(ray.at(depth)).filter(|_| depth > 0.0 && normal.dot(ray.direction) < 0.0)?;
     Some(Expected { depth, normal, uv, height })
+}
+
+/// The same wall from both sides.
+fn both_sides(
+    ray: &Ray,
+    point: DVec3,
+    normal: DVec3,
+    holds: impl Fn(DVec3) -> Option<(DVec2, f64)>,
+) -> Option<Expected> {
+    wall(ray, point, normal, &holds).or_else(|| wall(ray, point, -normal, &holds))
 }
 
 fn nearest(all: impl IntoIterator<Item = Option<Expected>>) -> Option<Expected> {
@@ -411,22 +421,42 @@ fn scale_zero_is_a_plain_surface() {
     both(&gltf, &oblique(), |ray| sheet.at(&oblique(), ray));
 }
 
-#[test]
-fn a_border_closed_by_a_wall() {
+/// A ramp whose borders reach down to the map's lowest height: to -0.2.
+fn walled_ramp(double_sided: bool) -> (Gltf, impl Fn(&Lens, &Ray) -> Option<Expected>) {
     let (mut gltf, sheet) = ramp_scene(0.5, 0.4, DAffine3::IDENTITY);
     gltf.set("/materials/0/extras/displacement/border", json!("wall"));
-    // The lowest height of the map is 0: down to -0.2.
-    let below = |p: DVec3| p.z >= -0.2 && p.z <= 0.2 * p.x && p.x.abs() <= 1.0 && p.y.abs() <= 1.0;
-    let at = |p: DVec3| below(p).then(|| (sheet.uv_at(p), 0.5 + p.z / 0.4));
-    // The walls lie in the plane that they are asked for; rounding must not put them beside it.
+    gltf.set("/materials/0/doubleSided", json!(double_sided));
+    let sheet = Sheet { double_sided, ..sheet };
+    let surface = move |lens: &Lens, ray: &Ray| {
+        let borders = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y].map(|normal| {
+            let at = |p: DVec3| {
+                // Into the wall's plane, so that rounding does not put the point beside the sheet.
+                let p = p - normal * (p.dot(normal) - 1.0);
+                let inside = p.z >= -0.2 && p.z <= 0.2 * p.x && p.x.abs() <= 1.0 && p.y.abs() <= 1.0;
+                inside.then(|| (sheet.uv_at(p), 0.5 + p.z / 0.4))
+            };
+            if double_sided { both_sides(ray, normal, normal, at) } else { wall(ray, normal, normal, at) }
+        });
+        nearest(borders.into_iter().chain([sheet.at(lens, ray)]))
+    };
+    (gltf, surface)
+}
+
+#[test]
+fn a_border_closed_by_a_wall() {
     let lens = Lens::at([2.4, 1.2, 1.1], [0.0; 3]);
-    both(&gltf, &lens, |ray| {
-        nearest([
-            sheet.at(&lens, ray),
-            wall(ray, DVec3::X, DVec3::X, |p| at(DVec3 { x: 1.0, ..p })),
-            wall(ray, DVec3::Y, DVec3::Y, |p| at(DVec3 { y: 1.0, ..p })),
-        ])
-    });
+    for double_sided in [false, true] {
+        let (gltf, surface) = walled_ramp(double_sided);
+        both(&gltf, &lens, |ray| surface(&lens, ray));
+    }
+}
+
+#[test]
+fn a_double_sided_wall_is_seen_from_within() {
+    // From below, where the box that the walls make is open.
+    let lens = Lens::at([-1.1, 0.6, -1.6], [0.3, 0.0, 0.0]);
+    let (gltf, surface) = walled_ramp(true);
+    both(&gltf, &lens, |ray| surface(&lens, ray));
 }
 
 /// Two squares side by side, from -1 to 0 and from 0 to 1.
@@ -440,15 +470,25 @@ fn halves(left_u: [f32; 2], right_u: [f32; 2]) -> [Shape; 2] {
     })
 }
 
-/// Left lower than right: the step at x = 0 looks to the left.
-fn step(lens: &Lens, ray: &Ray, [left, right]: [Sheet; 2], edge_u: f64) -> Option<Expected> {
+/// Left lower than right: the step at x = 0 looks to the left. Its u is that of the prism being entered: the right one's
+/// from the left, the left one's from the right, which only two sides show.
+fn step(lens: &Lens, ray: &Ray, [left, right]: [Sheet; 2], edge_u: [f64; 2]) -> Option<Expected> {
     let half =
         |sheet: Sheet, low: f64, high: f64| sheet.at(lens, ray).filter(|e| (low..=high).contains(&ray.at(e.depth).x));
-    let closing = wall(ray, DVec3::ZERO, DVec3::NEG_X, |p| {
-        let inside = p.z >= left.middle && p.z <= right.middle && p.y.abs() <= 1.0;
-        inside.then(|| (DVec2::new(edge_u, (1.0 - p.y) / 2.0), right.height[0] + right.height[1] * p.z))
-    });
-    nearest([half(left, -1.0, 0.0), half(right, 0.0, 1.0), closing])
+    let at = |u: f64| {
+        move |p: DVec3| {
+            let inside = p.z >= left.middle && p.z <= right.middle && p.y.abs() <= 1.0;
+            inside.then(|| (DVec2::new(u, (1.0 - p.y) / 2.0), right.height[0] + right.height[1] * p.z))
+        }
+    };
+    let front = wall(ray, DVec3::ZERO, DVec3::NEG_X, at(edge_u[1]));
+    let back = wall(ray, DVec3::ZERO, DVec3::X, at(edge_u[0])).filter(|_| right.double_sided);
+    nearest([half(left, -1.0, 0.0), half(right, 0.0, 1.0), front, back])
+}
+
+/// The eyes that see a step: from in front and above, and from behind and below.
+fn step_lenses() -> [Lens; 2] {
+    [Lens::at([-1.6, 0.8, 1.9], [0.0; 3]), Lens::at([1.4, 0.7, -1.7], [0.0; 3])]
 }
 
 #[test]
@@ -468,8 +508,13 @@ fn a_step_at_a_uv_seam_is_closed() {
     let uv = |sheet: Sheet, from: f64| Sheet { uv: [DVec2::new(from, 0.0), DVec2::new(from + 0.5, 1.0)], ..sheet };
     // u runs over a quarter on each half, so over a half on the whole width.
     let sheets = [uv(Sheet::flat(0.2, 0.5, 0.4), 0.0), uv(Sheet::flat(0.8, 0.5, 0.4), 0.5)];
-    let lens = Lens::at([-1.6, 0.8, 1.9], [0.0; 3]);
-    both(&gltf, &lens, |ray| step(&lens, ray, sheets, 0.75));
+    let [above, below] = step_lenses();
+    both(&gltf, &above, |ray| step(&above, ray, sheets, [0.25, 0.75]));
+    gltf.set("/materials/0/doubleSided", json!(true));
+    let sheets = sheets.map(|sheet| Sheet { double_sided: true, ..sheet });
+    for lens in [above, below] {
+        both(&gltf, &lens, |ray| step(&lens, ray, sheets, [0.25, 0.75]));
+    }
 }
 
 #[test]
@@ -483,9 +528,16 @@ fn a_step_to_a_plain_neighbour_is_closed() {
     let primitive = gltf.json["meshes"][other]["primitives"][0].clone();
     gltf.json["meshes"][mesh]["primitives"].as_array_mut().expect("a list").push(primitive);
     gltf.node(json!({ "mesh": mesh }));
-    let lens = Lens::at([-1.6, 0.8, 1.9], [0.0; 3]);
     let left = Sheet { height: [0.5, 0.0], ..Sheet::flat(0.5, 0.5, 1.0) };
-    both(&gltf, &lens, |ray| step(&lens, ray, [left, Sheet::flat(1.0, 0.5, 0.4)], 0.5));
+    let [above, below] = step_lenses();
+    both(&gltf, &above, |ray| step(&above, ray, [left, Sheet::flat(1.0, 0.5, 0.4)], [0.5, 0.5]));
+    for material in 0..2 {
+        gltf.set(&format!("/materials/{material}/doubleSided"), json!(true));
+    }
+    let sheets = [left, Sheet::flat(1.0, 0.5, 0.4)].map(|sheet| Sheet { double_sided: true, ..sheet });
+    for lens in [above, below] {
+        both(&gltf, &lens, |ray| step(&lens, ray, sheets, [0.5, 0.5]));
+    }
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn hit(aov: &Aov, i: usize, ray: &Ray, expected: &Expected, tolerance: f64) -> O
         ("height", (height - expected.height).abs()),
     ];
     let worst =
-        off.iter().filter(|(_, error)| !(*error <= tolerance)).map(|(name, error)| format!("{name} by {error:.2e}"));
+        off.iter().filter(|(_, error)| *error > tolerance).map(|(name, error)| format!("{name} by {error:.2e}"));
     let worst: Vec<String> = worst.collect();
     (!worst.is_empty()).then(|| {
         let found = format!("depth {depth}, position {position}, normal {normal}, uv {uv}, height {height}");

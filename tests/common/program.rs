@@ -124,6 +124,11 @@ impl Running {
         self.child.try_wait().expect("its state").is_some()
     }
 
+    /// What it told on stderr, once it has ended.
+    pub fn said(&mut self) -> String {
+        self.stderr.take().map(|reader| reader.join().expect("its reader")).unwrap_or_default()
+    }
+
     /// Waits for its end; kills it and fails when it hangs.
     #[track_caller]
     pub fn wait(mut self) -> Outcome {
