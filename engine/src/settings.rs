@@ -37,12 +37,14 @@ pub enum March {
     Pom,
     /// Linear search, then bisection (Policarpo, Oliveira and Comba 2005).
     Relief,
+    /// The first hit to f32 rounding, through a min-max pyramid (DESIGN section 4).
+    Exact,
 }
 
 impl March {
     /// Whether the march follows a ray at all; a shell needs one that does.
     pub fn traces(self) -> bool {
-        matches!(self, March::Pom | March::Relief)
+        matches!(self, March::Pom | March::Relief | March::Exact)
     }
 }
 
@@ -98,6 +100,8 @@ pub struct Settings {
     pub max_steps: u32,
     /// Bisections after the linear search of [`March::Relief`].
     pub refine_steps: u32,
+    /// Steps after which [`March::Exact`] gives up in one prism, per height map cell on its way (and 16 cells more).
+    pub step_limit: u32,
     /// Clipping of base surfaces.
     pub silhouette: Silhouette,
     /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
@@ -111,10 +115,11 @@ impl Default for Settings {
         Settings {
             stage: Stage::Auto,
             shell: Shell::Auto,
-            march: March::Relief,
+            march: March::Exact,
             min_steps: 8,
             max_steps: 64,
             refine_steps: 8,
+            step_limit: 16,
             silhouette: Silhouette::None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
@@ -155,7 +160,7 @@ macro_rules! names {
 
 names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
 names!(Shell { Auto = "auto", Off = "off", Prism = "prism" });
-names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief" });
+names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief", Exact = "exact" });
 names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

@@ -26,6 +26,11 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     if args.refine_steps.is_some() && settings.march != March::Relief {
         return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
     }
+    // The exact march needs none; its shadow rays on a base surface do.
+    let takes_steps = settings.march != March::Exact || settings.self_shadow == SelfShadow::Hard;
+    if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
+        return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
+    }
     settings.stage = args.stage.unwrap_or(base.stage);
     settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
     (settings.min_steps, settings.max_steps) = steps(args, base)?;
@@ -37,7 +42,7 @@ fn march_for(shelled: bool, base: &Settings) -> March {
     let base_shelled = base.resolved_shell() != Shell::Off;
     match (shelled, base_shelled) {
         (true, true) | (false, false) => base.march,
-        (true, false) => March::Relief,
+        (true, false) => March::Exact,
         (false, true) => March::Pom,
     }
 }
@@ -46,7 +51,7 @@ fn march_for(shelled: bool, base: &Settings) -> March {
 fn refuse_base_surface_flags(args: &LookArgs) -> Result<()> {
     if let Some(march) = args.march.filter(|march| !march.traces()) {
         return usage(format!(
-            "--march {march} traces no ray, and a shell needs one; use --march pom or relief, or add --shell off"
+            "--march {march} traces no ray, and a shell needs one; use --march exact, relief or pom, or add --shell off"
         ));
     }
     if let Some(silhouette) = args.silhouette.filter(|&silhouette| silhouette != Silhouette::None) {
@@ -81,7 +86,7 @@ fn refuse_flags_without_shell(args: &LookArgs, march: March) -> Result<()> {
         ("--self-shadow hard", args.self_shadow == Some(SelfShadow::Hard)),
     ];
     match untraced.iter().find(|(_, given)| *given) {
-        Some((flag, _)) => usage(format!("{flag}: march {march} traces no ray; use --march pom or relief")),
+        Some((flag, _)) => usage(format!("{flag}: march {march} traces no ray; use --march pom, relief or exact")),
         None => Ok(()),
     }
 }
@@ -120,14 +125,15 @@ mod tests {
     #[test]
     fn the_march_follows_the_shell() {
         assert_eq!(resolve("").unwrap(), Settings::default());
-        assert_eq!(resolve("--shell prism").unwrap().march, March::Relief);
+        assert_eq!(resolve("--shell prism").unwrap().march, March::Exact);
         assert_eq!(resolve("--shell off").unwrap().march, March::Pom);
         assert_eq!(resolve("--shell off --march relief").unwrap().march, March::Relief);
     }
 
     #[test]
     fn an_absent_step_bound_makes_room() {
-        let bounds = |flags: &str| resolve(flags).map(|s| (s.min_steps, s.max_steps)).unwrap();
+        let bounds =
+            |flags: &str| resolve(&format!("--march relief {flags}")).map(|s| (s.min_steps, s.max_steps)).unwrap();
         assert_eq!(bounds(""), (8, 64));
         assert_eq!(bounds("--max-steps 4"), (4, 4));
         assert_eq!(bounds("--min-steps 100"), (100, 100));
@@ -145,6 +151,9 @@ mod tests {
             "--shell off --stage mesh",
             "--shell off --stage geometry",
             "--shell off --refine-steps 4",
+            "--refine-steps 4",
+            "--max-steps 4",
+            "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
             "--min-steps 9 --max-steps 8",
             "--shell off --march normal --min-steps 4",
@@ -165,6 +174,7 @@ mod tests {
             "--shell off --march normal --depth-offset off",
             "--shell off --silhouette uv-bounds --self-shadow hard --depth-offset off",
             "--shell off --stage auto",
+            "--shell off --march exact --self-shadow hard --max-steps 32",
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
         ] {

@@ -7,7 +7,7 @@ use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Valida
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
 #[derive(Debug, Parser)]
-#[command(name = "prism", version, about, after_help = AFTER_HELP)]
+#[command(name = "prism", version, after_help = AFTER_HELP)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -20,9 +20,9 @@ Data go to stdout, notices to stderr. `prism COMMAND --help` has every option an
 PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
-Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera,
-F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or
-middle drag (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
+Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera, \
+F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
+(or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 /// The commands of this build.
 #[derive(Debug, Subcommand)]
@@ -60,7 +60,7 @@ pub struct RunArgs {
     pub frames: Option<u64>,
 
     /// Seconds of the sample's time from one frame to the next
-    /// [default: 0.016666666666666666 headless, the clock's in a window]
+    /// [default: 1/60 headless, the clock's in a window]
     #[arg(long, value_name = "S", value_parser = seconds, allow_hyphen_values = true)]
     pub time_step: Option<f64>,
 
@@ -123,16 +123,16 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 
-    /// How a ray finds the surface; a shell needs pom or relief [default: relief; pom with --shell off]
+    /// How a ray finds the surface; a shell needs pom, relief or exact [default: exact; pom with --shell off]
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
-    /// Fewest linear steps: of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// Fewest linear steps (not exact): of a ray straight down (base surface), of a prism (shell), 1 to 4096
     /// [default: 8, or --max-steps where that is less]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub min_steps: Option<u32>,
 
-    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// Most linear steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
     /// [default: 64, or --min-steps where that is more]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
@@ -313,7 +313,7 @@ mod tests {
             "--time-step -0.1",
             "--min-steps 0",
             "--max-steps 5000",
-            "--march exact",
+            "--march steep",
             "--shell walk",
             "--stage task",
             "--depth-offset maybe",

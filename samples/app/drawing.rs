@@ -69,8 +69,8 @@ impl<'a> Drawing<'a> {
         output: Output,
         in_flight: usize,
     ) -> Result<Drawing<'a>> {
-        let mut compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
-        let renderer = Renderer::new(ctx, &mut compiler, &scene, &job.settings, output)?;
+        let compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
+        let renderer = Renderer::new(ctx, &compiler, &scene, &job.settings, output)?;
         let timers = measures(job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
         let drawing = Drawing {
             job,
@@ -100,7 +100,7 @@ impl<'a> Drawing<'a> {
     /// Draws with other settings from the next frame on; on failure the old ones stay in force.
     #[cfg(feature = "window")]
     pub fn set_settings(&mut self, settings: &prism_engine::settings::Settings) -> Result<()> {
-        self.renderer.set_settings(&mut self.compiler, settings)?;
+        self.renderer.set_settings(&self.compiler, settings)?;
         self.tell_notices();
         Ok(())
     }
@@ -157,10 +157,13 @@ impl<'a> Drawing<'a> {
 }
 
 fn row(pass: PassTime) -> PassRow {
+    let counts = pass.statistics;
+    // Fragments come from primitives: a driver that reports none (lavapipe, for mesh stages) does not count them.
+    let counted = counts.filter(|counts| counts.clipping_invocations > 0 || counts.fragment_invocations == 0);
     PassRow {
         pass: pass.name,
         gpu_ms: pass.gpu_ms,
-        invocations: pass.statistics.map(|counts| counts.fragment_invocations),
-        primitives: pass.statistics.map(|counts| counts.clipping_invocations),
+        invocations: counts.map(|counts| counts.fragment_invocations),
+        primitives: counted.map(|counts| counts.clipping_invocations),
     }
 }

@@ -38,7 +38,7 @@ use still::Still;
 pub fn main(samples: &[&dyn Sample]) -> ExitCode {
     // Wrong words end here, with clap's own message and exit code 2; so does `--help`, with 0.
     let cli = Cli::parse();
-    let filter = EnvFilter::try_from_env("PRISM_LOG").unwrap_or_else(|_| EnvFilter::new("warn"));
+    let filter = EnvFilter::try_from_env("PRISM_LOG").unwrap_or_else(|_| EnvFilter::new("warn,winit=error"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

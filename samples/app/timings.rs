@@ -74,7 +74,7 @@ pub fn summary(frames: &[FrameRow]) -> String {
             _ => "no timestamps on this device".to_owned(),
         };
         let count = |value: Option<u64>| value.map_or_else(|| "unknown".to_owned(), |n| n.to_string());
-        let last = rows().last();
+        let last = rows().next_back();
         let invocations = count(last.and_then(|row| row.invocations));
         let primitives = count(last.and_then(|row| row.primitives));
         // Writing to a String cannot fail.

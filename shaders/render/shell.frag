@@ -12,6 +12,7 @@
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
 #include "shell/height.glsl"
+#include "render/pyramid_access.glsl"
 #include "shell/prism.glsl"
 #include "shell/march.glsl"
 
@@ -63,9 +64,15 @@ void main() {
     settings.max_steps = int(material.march.y);
     settings.refine_steps = int(material.march.z);
     settings.map_size = vec2(textureSize(height_map, 0));
-    settings.two_sided = material.march.w != 0u;
+    settings.two_sided = (material.march.w & 1u) != 0u;
+    settings.step_limit = int(material.march.w >> 1);
 
     ShellHit hit = prism_trace(projected, prism, settings, depth, slope, frame.lens.z, object.handedness.x);
+#ifdef COUNT_LIMITS
+    if (hit.limits > 0) {
+        atomicAdd(counters.limits, uint(hit.limits));
+    }
+#endif
     if (!hit.hit || hit.depth > frame.lens.w) {
         discard;
     }

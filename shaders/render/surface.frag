@@ -17,6 +17,7 @@ layout(location = 4) in vec2 in_height_uv;
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
 #include "shell/height.glsl"
+#include "render/pyramid_access.glsl"
 #include "shell/plane.glsl"
 #endif
 
@@ -43,7 +44,8 @@ void main() {
 #ifdef MARCH_TRACES
     vec2 range = facing * material.displacement.zw;
     PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
-                                  int(material.march.x), int(material.march.y), int(material.march.z));
+                                  int(material.march.x), int(material.march.y), int(material.march.z),
+                                  int(material.march.w >> 1));
     vec3 direction = normalize(-toward_eye(object, position));
     PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
 #ifdef UV_BOUNDS

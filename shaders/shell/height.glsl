@@ -16,18 +16,22 @@ int wrap_texel(int i, int n, const int mode) {
     return mode == 1 && at >= n ? period - 1 - at : at;
 }
 
-// The four texels around `uv` (row by row) and the position between them.
-vec4 height_texels(vec2 uv, int lod, out vec2 between, out vec2 size) {
+// The texels of cell `cell`, which spans texel centres `cell` and `cell` + 1: row by row, wrapped one by one.
+vec4 height_cell(ivec2 cell, int lod) {
     ivec2 n = textureSize(HEIGHT_MAP, lod);
-    size = vec2(n);
+    int x0 = wrap_texel(cell.x, n.x, HEIGHT_WRAP_U), x1 = wrap_texel(cell.x + 1, n.x, HEIGHT_WRAP_U);
+    int y0 = wrap_texel(cell.y, n.y, HEIGHT_WRAP_V), y1 = wrap_texel(cell.y + 1, n.y, HEIGHT_WRAP_V);
+    return vec4(texelFetch(HEIGHT_MAP, ivec2(x0, y0), lod).r, texelFetch(HEIGHT_MAP, ivec2(x1, y0), lod).r,
+                texelFetch(HEIGHT_MAP, ivec2(x0, y1), lod).r, texelFetch(HEIGHT_MAP, ivec2(x1, y1), lod).r);
+}
+
+// The four texels around `uv`, the position between them and the size of the map.
+vec4 height_texels(vec2 uv, int lod, out vec2 between, out vec2 size) {
+    size = vec2(textureSize(HEIGHT_MAP, lod));
     vec2 at = uv * size - 0.5;
     vec2 low = floor(at);
     between = at - low;
-    ivec2 i = ivec2(low);
-    int x0 = wrap_texel(i.x, n.x, HEIGHT_WRAP_U), x1 = wrap_texel(i.x + 1, n.x, HEIGHT_WRAP_U);
-    int y0 = wrap_texel(i.y, n.y, HEIGHT_WRAP_V), y1 = wrap_texel(i.y + 1, n.y, HEIGHT_WRAP_V);
-    return vec4(texelFetch(HEIGHT_MAP, ivec2(x0, y0), lod).r, texelFetch(HEIGHT_MAP, ivec2(x1, y0), lod).r,
-                texelFetch(HEIGHT_MAP, ivec2(x0, y1), lod).r, texelFetch(HEIGHT_MAP, ivec2(x1, y1), lod).r);
+    return height_cell(ivec2(low), lod);
 }
 
 // The height in [0, 1] at `uv`. Four texel fetches.

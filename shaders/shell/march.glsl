@@ -1,11 +1,12 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// Cost: prism_trace solves three quadratics; each step is three quadratics, one reciprocal and one height.
+// MARCH_EXACT (with shell/exact.glsl), MARCH_RELIEF or neither (POM) chooses the search. Cost: prism_trace solves three
+// quadratics; each linear step is three quadratics, one reciprocal and one height.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 
-// How the neighbour across a wall continues the surface (two bits... one value a wall).
+// How the neighbour across a wall continues the surface.
 const uint WALL_SAME = 0u;   // the same height there: no step
 const uint WALL_SEAM = 1u;   // displaced, with other texture coordinates: its height is read through `neighbour_uv`
 const uint WALL_PLAIN = 2u;  // a plain surface at t = 0
@@ -27,6 +28,7 @@ struct MarchSettings {
     int refine_steps;         // bisections (relief)
     vec2 map_size;            // texels
     bool two_sided;           // hits from behind count
+    int step_limit;           // exact: steps in one prism before it gives up, as a multiple of the cells on the way
 };
 
 struct ShellHit {
@@ -35,6 +37,7 @@ struct ShellHit {
     float t;          // level
     vec3 lambda;      // barycentric weights
     int wall;         // the wall hit (a step or a closed border), or -1 for the height field itself
+    int limits;       // loops that gave up
 };
 
 // The path's numerators over their shared denominator, coordinates relative to corner 0.
@@ -119,75 +122,127 @@ float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings setti
     return kind == WALL_PLAIN ? 0.0 : otherwise;
 }
 
-// The first hit in one interval, from `entry` to `leave`; `climbs`: t grows along the ray.
-// Returns the level, or sets hit = false. `wall` is the wall hit, or -1.
-float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settings, UvPath path, PathEnd entry,
-                     PathEnd leave, out bool hit, out int wall, out bool chord, out float along) {
-    hit = false;
-    wall = -1;
-    along = 0.0;
-    float span = leave.t - entry.t;
-    // A ray nearly within its level: t has too few bits left to tell its points apart, so follow the chord.
-    chord = abs(span) < 4e-6 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
+// A ray nearly within its level: t has too few bits left to tell its points apart, so the path becomes the chord.
+bool follows_chord(Prism prism, PathEnd entry, PathEnd leave) {
+    return abs(leave.t - entry.t) < 4e-6 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
+}
 
+const float NO_HIT = 2.0;
+
+#ifdef MARCH_EXACT
+// Control points of a quadratic over [a, b].
+vec3 over(vec3 q, float a, float b) {
+    return vec3(quadratic(q, a), q.x + 0.5 * q.y * (a + b) + q.z * a * b, quadratic(q, b));
+}
+
+// The path between two ends as a curve through the map's cells.
+Curve path_curve(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord) {
+    Curve curve;
+    curve.t = vec2(entry.t, leave.t);
+    vec2 from = entry.uv * settings.map_size - 0.5;
+    curve.origin = ivec2(floor(from));
+    if (chord) {
+        vec2 a = from - vec2(curve.origin), b = leave.uv * settings.map_size - 0.5 - vec2(curve.origin);
+        curve.x = vec3(a.x, 0.5 * (a.x + b.x), b.x);
+        curve.y = vec3(a.y, 0.5 * (a.y + b.y), b.y);
+        curve.w = vec3(1.0);
+        return curve;
+    }
+    vec3 w = over(path.w, entry.t, leave.t);
+    float unit = 1.0 / max(max(abs(w.x), abs(w.y)), max(abs(w.z), 1e-37));
+    curve.w = unit * w;
+    vec2 corner = path.origin * settings.map_size - 0.5 - vec2(curve.origin);
+    curve.x = unit * settings.map_size.x * over(path.u, entry.t, leave.t) + corner.x * curve.w;
+    curve.y = unit * settings.map_size.y * over(path.v, entry.t, leave.t) + corner.y * curve.w;
+    return curve;
+}
+
+// Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
+float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout int limits) {
+    Curve curve = path_curve(settings, path, entry, leave, chord);
+    Field field = Field(settings.scale, settings.midlevel, above ? 1.0 : -1.0, settings.two_sided);
+    vec2 cells = abs(leave.uv - entry.uv) * settings.map_size;
+    int limit = settings.step_limit * (16 + int(min(cells.x + cells.y, 1e5)));
+    float hit = exact_hit(curve, field, limit);
+    limits += limit == 0 ? 1 : 0;
+    above = field.side > 0.0;
+    return hit;
+}
+#else
+// Height of the path over the field at `along` of the interval.
+float clearance_along(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, float along) {
+    float t = mix(entry.t, leave.t, along);
+    return t - surface_level(settings, chord ? mix(entry.uv, leave.uv, along) : path_uv(path, t));
+}
+
+// Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
+float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout int limits) {
+    float texels = length((leave.uv - entry.uv) * settings.map_size);
+    int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
+    float a = 0.0, fa = entry.t - surface_level(settings, entry.uv);
+    for (int i = 1; i <= steps; ++i) {
+        float b = float(i) / float(steps);
+        float fb = i == steps ? leave.t - surface_level(settings, leave.uv)
+                              : clearance_along(settings, path, entry, leave, chord, b);
+        if ((fb >= 0.0) != above) {
+            if (above || settings.two_sided) {
+#ifdef MARCH_RELIEF
+                for (int r = 0; r < settings.refine_steps; ++r) {
+                    float m = 0.5 * (a + b);
+                    float fm = clearance_along(settings, path, entry, leave, chord, m);
+                    if ((fm >= 0.0) == above) {
+                        a = m;
+                        fa = fm;
+                    } else {
+                        b = m;
+                        fb = fm;
+                    }
+                }
+#endif
+                // Linear between the last two samples: all of POM, and what is left of the bracket for relief.
+                return mix(a, b, fa == fb ? 0.5 : clamp(fa / (fa - fb), 0.0, 1.0));
+            }
+            above = true;
+        }
+        a = b;
+        fa = fb;
+    }
+    return NO_HIT;
+}
+#endif
+
+// The first hit in one interval, from `entry` to `leave`: where along it (0 to 1), or NO_HIT. `wall` is the wall hit, or
+// -1 for the field.
+float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settings, UvPath path, PathEnd entry,
+                     PathEnd leave, bool chord, out int wall, inout int limits) {
+    wall = -1;
     float entry_level = surface_level(settings, entry.uv);
-    float before = entry.t - entry_level;
-    if (entry.wall < 3 && before < 0.0) {
+    bool above = entry.t >= entry_level;
+    if (entry.wall < 3 && !above) {
         // Below our surface: a hit if the ray came from above the neighbour's.
         uint kind = prism.wall[entry.wall];
         float outside = kind == WALL_CLOSED ? prism.t0 : 1e30;
-        if (entry.t >= neighbour_level(projected, prism, settings, entry, entry_level, outside) && kind != WALL_SAME) {
-            hit = true;
+        if (kind != WALL_SAME &&
+            entry.t >= neighbour_level(projected, prism, settings, entry, entry_level, outside)) {
             wall = entry.wall;
-            return entry.t;
+            return 0.0;
         }
     }
-    bool above = before >= 0.0;
-
-    float texels = length((leave.uv - entry.uv) * settings.map_size);
-    int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
-    float last = 0.0;
-    for (int i = 1; i <= steps; ++i) {
-        float next = float(i) / float(steps);
-        float t = i == steps ? leave.t : entry.t + span * next;
-        vec2 uv = i == steps ? leave.uv : chord ? mix(entry.uv, leave.uv, next) : path_uv(path, t);
-        float after = t - surface_level(settings, uv);
-        bool now_above = after >= 0.0;
-        if (now_above != above && (above || settings.two_sided)) {
-            float a = last, b = next, fa = before, fb = after;
-#ifdef MARCH_RELIEF
-            for (int r = 0; r < settings.refine_steps; ++r) {
-                float m = 0.5 * (a + b);
-                float tm = entry.t + span * m;
-                float fm = tm - surface_level(settings, chord ? mix(entry.uv, leave.uv, m) : path_uv(path, tm));
-                if ((fm >= 0.0) == above) {
-                    a = m;
-                    fa = fm;
-                } else {
-                    b = m;
-                    fb = fm;
-                }
-            }
-#endif
-            // Linear between the last two samples: all of POM, and what is left of the bracket for relief.
-            float denominator = fa - fb;
-            float part = denominator == 0.0 ? 0.5 : clamp(fa / denominator, 0.0, 1.0);
-            along = mix(a, b, part);
-            hit = true;
-            return entry.t + span * along;
+    float along = search(settings, path, entry, leave, chord, above, limits);
+    if (along > 1.0 && above && leave.wall < 3) {
+        if (leave.t < surface_level(settings, leave.uv)) {
+            // The neighbour will find the ray below, by these same operations: the hit is ours, however late.
+            return 1.0;
         }
-        above = now_above;
-        before = after;
-        last = next;
+        if (prism.wall[leave.wall] == WALL_PLAIN && leave.t < 0.0) {
+            // Above our surface but below the plain neighbour's: the step up to it.
+            wall = leave.wall;
+            return 1.0;
+        }
     }
-    if (above && leave.wall < 3 && prism.wall[leave.wall] == WALL_PLAIN && leave.t < 0.0) {
-        // Above our surface but below the plain neighbour's: the step up to it.
-        hit = true;
-        wall = leave.wall;
-        along = 1.0;
-        return leave.t;
-    }
-    return 0.0;
+    return along;
 }
 
 // The first hit of the pixel's ray in a prism, beyond the near plane.
@@ -204,9 +259,8 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         s[k] *= wall_sign(projected, k);
     }
     UvPath path = uv_path(prism, s);
-    ShellHit best;
-    best.hit = false;
-    best.depth = 1e30;
+    ShellHit best = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
+    int limits = 0;
     for (int i = 0; i + 1 < crossings.count; ++i) {
         float ta = crossings.t[i], tb = crossings.t[i + 1];
         float middle = 0.5 * (ta + tb);
@@ -226,13 +280,13 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         if (entry_depth < near) {
             entry = path_end(projected, prism, s, near_level(s, entry.t, leave.t, depth, slope, near), AT_LEVEL);
         }
-        bool hit, chord;
+        bool chord = follows_chord(prism, entry, leave);
         int wall;
-        float along;
-        float t = march_interval(projected, prism, settings, path, entry, leave, hit, wall, chord, along);
-        if (!hit) {
+        float along = march_interval(projected, prism, settings, path, entry, leave, chord, wall, limits);
+        if (along > 1.0) {
             continue;
         }
+        float t = mix(entry.t, leave.t, along);
         vec3 lambda;
         if (wall >= 0) {
             lambda = along == 0.0 ? entry.lambda : leave.lambda;
@@ -244,9 +298,10 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         }
         float hit_depth = depth_at(lambda, t, depth, slope);
         if (hit_depth < best.depth) {
-            best = ShellHit(true, hit_depth, t, lambda, wall);
+            best = ShellHit(true, hit_depth, t, lambda, wall, 0);
         }
     }
+    best.limits = limits;
     return best;
 }
 

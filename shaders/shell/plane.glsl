@@ -15,6 +15,7 @@ struct PlaneMarch {
     float scale, midlevel; // level = (height - midlevel) * scale; negative scale: seen from behind
     float t0, t1;          // range of levels
     int min_steps, max_steps, refine_steps;
+    int step_limit; // exact: see MarchSettings
 };
 
 struct PlaneHit {
@@ -51,6 +52,26 @@ int plane_steps(PlaneMarch march, float cosine) {
     return int(mix(float(march.max_steps), float(march.min_steps), cosine) + 0.5);
 }
 
+#ifdef MARCH_EXACT
+// From the top of the range down to the field, exactly. Always ends in a hit: at the bottom at the latest.
+PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
+    vec2 size = vec2(textureSize(HEIGHT_MAP, 0));
+    vec2 a = (ray.uv + march.t1 * ray.slope) * size - 0.5, b = (ray.uv + march.t0 * ray.slope) * size - 0.5;
+    Curve curve;
+    curve.origin = ivec2(floor(a));
+    a -= vec2(curve.origin);
+    b -= vec2(curve.origin);
+    curve.x = vec3(a.x, 0.5 * (a.x + b.x), b.x);
+    curve.y = vec3(a.y, 0.5 * (a.y + b.y), b.y);
+    curve.w = vec3(1.0);
+    curve.t = vec2(march.t1, march.t0);
+    Field field = Field(march.scale, march.midlevel, 1.0, false);
+    vec2 cells = abs(b - a);
+    int limit = march.step_limit * (16 + int(min(cells.x + cells.y, 1e5)));
+    float t = mix(march.t1, march.t0, min(exact_hit(curve, field, limit), 1.0));
+    return PlaneHit(t, ray.uv + t * ray.slope);
+}
+#else
 // From the top of the range down to the field. Always ends in a hit: at the bottom at the latest.
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     int steps = plane_steps(march, ray.cosine);
@@ -79,6 +100,7 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     float t = mix(a, b, denominator > 0.0 ? clamp(fa / denominator, 0.0, 1.0) : 1.0);
     return PlaneHit(t, ray.uv + t * ray.slope);
 }
+#endif
 
 // 1 where the light along `ray` (from the base point toward the light) is seen from the hit, else 0.
 float plane_lit(PlaneMarch march, PlaneHit hit, PlaneRay ray) {

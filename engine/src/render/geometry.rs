@@ -124,7 +124,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
             settings.min_steps,
             settings.max_steps,
             settings.refine_steps,
-            u32::from(material.double_sided),
+            u32::from(material.double_sided) + 2 * settings.step_limit,
         ),
         base_color_uv: rows(material.base_color),
         metallic_roughness_uv: rows(material.metallic_roughness),

@@ -152,7 +152,7 @@ shared! {
         displacement: Vec4,
         /// Least and greatest UV of the primitive in the height map.
         uv_bounds: Vec4,
-        /// Fewest and most linear steps, bisections, 1 if two-sided.
+        /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
         /// Rows of the texture transform, as (a, b, offset, unused).
         base_color_uv: [Vec4; 2],
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_shaders_place_every_member_where_rust_does() {
-        let mut compiler = shader_compiler(None).unwrap();
+        let compiler = shader_compiler(None).unwrap();
         let defines = |names: &[&'static str]| -> Vec<(&'static str, String)> {
             names.iter().map(|n| (*n, if n.ends_with("_UV") { "0".into() } else { String::new() })).collect()
         };

@@ -5,6 +5,7 @@ mod aov;
 mod geometry;
 pub mod layout;
 pub mod plan;
+mod pyramid;
 mod resources;
 pub mod variant;
 pub mod view;
@@ -112,7 +113,7 @@ impl Renderer {
     /// [`Error::Unsupported`] where the device lacks the stage that the settings ask for, or cannot hold an image.
     pub fn new(
         ctx: &Context,
-        compiler: &mut ShaderCompiler,
+        compiler: &ShaderCompiler,
         scene: &Scene,
         settings: &Settings,
         output: Output,
@@ -137,10 +138,10 @@ impl Renderer {
     }
 
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
-    pub fn set_settings(&mut self, compiler: &mut ShaderCompiler, settings: &Settings) -> Result<()> {
+    pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
-        self.images.complete(&self.ctx, &self.scene, &plan)?;
+        self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
         let primitives = resources::upload(&self.ctx, &self.scene, &plan, settings)?;
         for draw in &plan.draws {
             if !self.pipelines.contains_key(&draw.variant) {
@@ -316,7 +317,7 @@ impl Renderer {
         }
     }
 
-    fn pipeline(&self, compiler: &mut ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
+    fn pipeline(&self, compiler: &ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
         let defines = variant.defines();
         let shaders = variant
             .shaders()

@@ -7,14 +7,15 @@ use glam::DVec3;
 use super::geometry::PrimitiveData;
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
+use super::pyramid;
 use super::variant::{TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Context, DescriptorSet, Image, ImageDesc, MemoryLocation, Pipeline, Sampler,
-    SamplerDesc, Uploader, vk,
+    SamplerDesc, ShaderCompiler, Uploader, vk,
 };
 use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
-use crate::settings::Settings;
+use crate::settings::{March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
 const ANISOTROPY: f32 = 8.0;
@@ -27,11 +28,13 @@ pub struct Images {
     samplers: HashMap<SceneSampler, Sampler>,
     /// For `texelFetch` only: wrap and filter are the shader's own.
     height_sampler: Option<Sampler>,
+    /// Min-max pyramids of height maps, for the exact march.
+    pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
 }
 
 impl Images {
     /// Uploads what `plan` reads and is not here yet.
-    pub fn complete(&mut self, ctx: &Context, scene: &Scene, plan: &Plan) -> Result<()> {
+    pub fn complete(&mut self, ctx: &Context, compiler: &ShaderCompiler, scene: &Scene, plan: &Plan) -> Result<()> {
         let mut uploader = Uploader::new(ctx)?;
         for draw in &plan.draws {
             let primitive = source(scene, &plan.primitives[draw.primitive]);
@@ -60,7 +63,27 @@ impl Images {
                 }
             }
         }
-        uploader.finish()
+        uploader.finish()?;
+        for draw in &plan.draws {
+            let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
+            let (Some(height), Some(displacement)) = (draw.variant.height, material.displacement) else { continue };
+            if height.march != March::Exact {
+                continue;
+            }
+            let key = (displacement.map, height.wrap);
+            if !self.pyramids.contains_key(&key) {
+                let (image, sampler) = self.height(displacement.map);
+                let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
+                self.pyramids.insert(key, pyramid);
+            }
+        }
+        Ok(())
+    }
+
+    /// A height map and its sampler, uploaded before.
+    fn height(&self, map: usize) -> (&Image, &Sampler) {
+        let sampler = self.height_sampler.as_ref().expect("made with the first height map");
+        (&self.heights[&map], sampler)
     }
 
     /// The image bindings of one draw.
@@ -74,10 +97,11 @@ impl Images {
                 Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
             })
             .collect();
-        if let (Some(_), Some(displacement), Some(sampler)) =
-            (variant.height, material.displacement, &self.height_sampler)
-        {
-            bindings.push(("height_map", Binding::Image(&self.heights[&displacement.map], sampler)));
+        if let (Some(height), Some(displacement)) = (variant.height, material.displacement) {
+            let (image, sampler) = self.height(displacement.map);
+            bindings.push(("height_map", Binding::Image(image, sampler)));
+            let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
+            bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
         }
         bindings
     }

@@ -102,16 +102,11 @@ impl Variant {
             flag("HAS_HEIGHT", true);
             flag("MARCH_TRACES", height.march.traces());
             flag("MARCH_RELIEF", height.march == March::Relief);
+            flag("MARCH_EXACT", height.march == March::Exact);
             flag("UV_BOUNDS", height.uv_bounds);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
-            let mode = |wrap| match wrap {
-                Wrap::Repeat => "0",
-                Wrap::Mirror => "1",
-                Wrap::Clamp => "2",
-            };
-            defines.push(("HEIGHT_WRAP_U", mode(height.wrap[0]).into()));
-            defines.push(("HEIGHT_WRAP_V", mode(height.wrap[1]).into()));
+            defines.extend(wrap_defines(height.wrap));
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
             if let Some(set) = set {
@@ -120,4 +115,14 @@ impl Variant {
         }
         defines
     }
+}
+
+/// How the height map wraps, as `shaders/shell/height.glsl` wants to know it.
+pub fn wrap_defines(wrap: [Wrap; 2]) -> [(&'static str, String); 2] {
+    let mode = |wrap| match wrap {
+        Wrap::Repeat => "0",
+        Wrap::Mirror => "1",
+        Wrap::Clamp => "2",
+    };
+    [("HEIGHT_WRAP_U", mode(wrap[0]).into()), ("HEIGHT_WRAP_V", mode(wrap[1]).into())]
 }

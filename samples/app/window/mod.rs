@@ -23,12 +23,10 @@ use super::{console, job::Job, load, sample::Pose};
 use input::{Input, KEYS, Wish};
 use shown::{After, Shown};
 
-const WITHOUT: &str = "check DISPLAY and WAYLAND_DISPLAY, or render without a window (--headless)";
-
 /// Shows the job in a window until the user, or its number of frames, ends it.
 pub fn run(job: &Job<'_>) -> Result<()> {
     // The display first: a machine without one need not load a scene to say so.
-    let events = EventLoop::new().map_err(|e| Error::unsupported(format!("no window can be opened: {e}"), WITHOUT))?;
+    let events = EventLoop::new().map_err(|e| shown::no_window(&e))?;
     // Nothing is drawn unless something changes; a frame that moves asks for the next one.
     events.set_control_flow(ControlFlow::Wait);
     let (scene, start) = load::load(job)?;

@@ -76,10 +76,10 @@ impl<'a> Shown<'a> {
         let attributes = WindowAttributes::default()
             .with_title(job.sample.id())
             .with_inner_size(PhysicalSize::new(size.width, size.height));
-        let window = events.create_window(attributes).map_err(no_window)?;
+        let window = events.create_window(attributes).map_err(|e| no_window(&e))?;
         let features = drawing::features(job, &scene, true);
-        let display = window.display_handle().map_err(no_window)?.as_raw();
-        let handle = window.window_handle().map_err(no_window)?.as_raw();
+        let display = window.display_handle().map_err(|e| no_window(&e))?.as_raw();
+        let handle = window.window_handle().map_err(|e| no_window(&e))?.as_raw();
         let desc = ContextDesc { surface: Some((display, handle)), ..drawing::context_desc(job, &features) };
         let ctx = Context::new(&desc)?;
 
@@ -293,6 +293,12 @@ fn free_name(id: &str) -> PathBuf {
     names.into_iter().find(|path| !Path::exists(path)).unwrap_or_else(|| PathBuf::from(format!("{id}.png")))
 }
 
-fn no_window(cause: impl std::fmt::Display) -> Error {
-    Error::unsupported(format!("no window can be opened: {cause}"), "render without a window (--headless)")
+/// What the window system refused. Of winit's message only the cause is kept: before it stands a place in winit.
+pub fn no_window(error: &dyn std::error::Error) -> Error {
+    let text = error.to_string();
+    let cause = text.rsplit(": ").next().unwrap_or(&text);
+    Error::unsupported(
+        format!("no window can be opened: {cause}"),
+        "check DISPLAY and WAYLAND_DISPLAY, or render without a window (--headless)",
+    )
 }

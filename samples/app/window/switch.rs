@@ -7,7 +7,7 @@ pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
     let mut next = Settings { shell, ..settings.clone() };
     let shelled = next.resolved_shell() != Shell::Off;
     if shelled && !next.march.traces() {
-        next.march = March::Relief;
+        next.march = March::Exact;
     }
     if shelled {
         // What a shell has by nature, or cannot do yet: the same words as a command line's defaults.

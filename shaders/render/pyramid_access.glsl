@@ -1,0 +1,44 @@
+// The exact march's view of our pyramid: bounds of a range of cells, in at most four reads.
+#ifndef RENDER_PYRAMID_ACCESS_GLSL
+#define RENDER_PYRAMID_ACCESS_GLSL
+#ifdef MARCH_EXACT
+
+#include "shell/pyramid.glsl"
+#include "shell/exact.glsl"
+
+layout(std430, set = 1, binding = 9) readonly buffer PyramidBlock { uint item[]; } pyramid;
+
+vec2 height_bounds(ivec2 first, ivec2 last) {
+    ivec2 size = textureSize(HEIGHT_MAP, 0), period = pyramid_period(size), extent = last - first;
+    // Where the map is clamped, all cells beyond it are like the outermost.
+    ivec2 start;
+    for (int axis = 0; axis < 2; ++axis) {
+        if ((axis == 0 ? HEIGHT_WRAP_U : HEIGHT_WRAP_V) == 2) {
+            start[axis] = clamp(first[axis] + 1, 0, size[axis]);
+            extent[axis] = clamp(last[axis] + 1, 0, size[axis]) - start[axis];
+        } else {
+            start[axis] = wrap_texel(first[axis], period[axis], 0);
+        }
+    }
+    int top = pyramid_top(size);
+    int level = clamp(findMSB(max(max(extent.x, extent.y), 1) - 1) + 1, 1, top);
+    // Beyond the top level's reach the box holds the whole map.
+    ivec2 low = start >> level, high = min((start + extent) >> level, low + 1);
+    if (max(extent.x, extent.y) > 1 << top) {
+        low = ivec2(0);
+        high = ivec2(1);
+    }
+    int columns = pyramid_nodes(size, level).x;
+    uint offset = pyramid.item[level];
+    vec2 bounds = vec2(1.0, 0.0);
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            vec2 node = pyramid_unpack(pyramid.item[offset + uint(y * columns + x)]);
+            bounds = vec2(min(bounds.x, node.x), max(bounds.y, node.y));
+        }
+    }
+    return bounds;
+}
+
+#endif
+#endif
