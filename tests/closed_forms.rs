@@ -13,8 +13,10 @@ use serde_json::json;
 /// World units; the scenes are 2 units wide and 3 away, where an f32 is good to 2.4e-7.
 const TOLERANCE: f64 = 2e-5;
 
+const EXACT: &str = "--march exact";
 /// So many steps that the search adds nothing to the error: 0.4 / 64 / 2^16 is 1e-7.
 const FINE: &str = "--march relief --min-steps 64 --max-steps 64 --refine-steps 16";
+const MARCHES: [&str; 2] = [EXACT, FINE];
 
 /// Where most scenes are looked at from.
 fn oblique() -> Lens {
@@ -38,12 +40,12 @@ fn aov(gltf: &Gltf, lens: &Lens, flags: &str) -> Aov {
     Frame::read(&file).aov()
 }
 
-/// Compares the shell of both stages with a formula.
+/// Compares the shell of both stages with a formula, and both marches at one of them.
 #[track_caller]
 fn both(gltf: &Gltf, lens: &Lens, surface: impl Fn(&Ray) -> Option<Expected>) {
-    for stage in STAGES {
-        println!("{stage}:");
-        let aov = aov(gltf, lens, &format!("--shell prism --stage {stage} {FINE}"));
+    for (stage, march) in [("mesh", EXACT), ("geometry", EXACT), ("mesh", FINE)] {
+        println!("{stage} {march}:");
+        let aov = aov(gltf, lens, &format!("--shell prism --stage {stage} {march}"));
         check(&aov, lens, TOLERANCE, &surface);
     }
 }
@@ -216,8 +218,8 @@ fn far_from_the_origin_nothing_shakes() {
     let (gltf, sheet) = ramp_scene(0.5, 0.4, DAffine3::from_translation(away));
     let eye = DVec3::new(1.5, 1.0, 2.25) + away;
     let lens = Lens::at(eye.to_array(), away.to_array());
-    for stage in STAGES {
-        let mut aov = aov(&gltf, &lens, &format!("--shell prism --stage {stage} {FINE}"));
+    for (stage, march) in STAGES.into_iter().zip(MARCHES) {
+        let mut aov = aov(&gltf, &lens, &format!("--shell prism --stage {stage} {march}"));
         let hits = aov.position.iter_mut().zip(&aov.depth).filter(|(_, depth)| depth.is_finite());
         for (position, _) in hits {
             *position = std::array::from_fn(|i| position[i] - away.to_array()[i] as f32);
@@ -335,10 +337,12 @@ fn each_wrap_mode() {
 fn each_wrap_mode_on_the_base_surface() {
     let map = Map::noise(5, 4);
     let lens = straight().orthographic(1.05);
-    for (wrap, march) in [([Wrap::Repeat, Wrap::Mirror], "relief"), ([Wrap::Clamp, Wrap::Repeat], "pom")] {
+    let pom = "--march pom --min-steps 64 --max-steps 64";
+    let wraps = [[Wrap::Repeat, Wrap::Mirror], [Wrap::Mirror, Wrap::Clamp], [Wrap::Clamp, Wrap::Repeat]];
+    for (wrap, march) in wraps.into_iter().zip([EXACT, FINE, pom]) {
+        println!("{wrap:?} {march}");
         let gltf = above_scene(&map, wrap, BEYOND);
-        let steps = if march == "relief" { FINE } else { "--march pom --min-steps 64 --max-steps 64" };
-        let aov = aov(&gltf, &lens, &format!("--shell off {steps}"));
+        let aov = aov(&gltf, &lens, &format!("--shell off {march}"));
         check(&aov, &lens, TOLERANCE, |ray| above(&map, wrap, beyond(), |uv| uv, ray));
     }
 }
@@ -547,8 +551,10 @@ fn a_base_surface_with_inward_detail() {
     let sheet = Sheet::flat(127.0 / 255.0, 1.0, 0.4);
     let base = Sheet::flat(0.5, 0.5, 0.4);
     let lens = oblique();
-    let aov = aov(&gltf, &lens, &format!("--shell off {FINE} --silhouette uv-bounds"));
-    check(&aov, &lens, TOLERANCE, |ray| base.at(&lens, ray).and_then(|_| sheet.at(&lens, ray)));
+    for march in MARCHES {
+        let aov = aov(&gltf, &lens, &format!("--shell off {march} --silhouette uv-bounds"));
+        check(&aov, &lens, TOLERANCE, |ray| base.at(&lens, ray).and_then(|_| sheet.at(&lens, ray)));
+    }
 }
 
 #[test]

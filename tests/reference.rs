@@ -1,4 +1,4 @@
-//! `relief` with many steps against the f64 reference, which shares no code with the renderer.
+//! `exact`, and `relief` with many steps, against the f64 reference, which shares no code with the renderer.
 
 mod common;
 
@@ -16,20 +16,25 @@ use serde_json::json;
 
 const SIZE: [u32; 2] = [160, 120];
 
+const EXACT: &str = "--march exact";
 /// 256 linear steps in each prism and 16 bisections. What a linear march can still miss lies between two steps: a ridge
 /// thinner than 1/256 of the way through a prism.
 const FINE: &str = "--march relief --min-steps 256 --max-steps 256 --refine-steps 16";
 
-/// 99 % of the pixels are this near to the truth, in pixel footprints. It is 5e-5 on every scene: what is left is the
-/// rounding of f32. A hundredth of what DESIGN section 8 asks for, so that a loss of accuracy shows early.
+/// 99 % of the pixels are this near to the truth, in pixel footprints. It is below 1e-4 on every scene: what is left is
+/// the rounding of f32. A hundredth of what DESIGN section 8 asks for, so that a loss of accuracy shows early. Eyes that
+/// touch the shell have footprints of the size of that rounding: there it is 6e-4.
 const DEPTH_P99: f64 = 1e-3;
-/// Pixels farther off than a footprint, and pixels covered in one picture only: grazing hits on ridges thinner than a step
-/// (terrain: 5 pixels of 7,763).
-const STRAY: f64 = 1e-3;
-/// The same on crumpled sheets, where many rays graze.
-const CRUMPLED: f64 = 3e-3;
-/// How many of those.
-const SEEDS: u64 = 24;
+/// Pixels farther off than a footprint, and pixels covered in one picture only: the exact march has none, but where a ray
+/// grazes a ridge or a silhouette, f32 and f64 may decide a pixel otherwise.
+const STRAY_EXACT: f64 = 3e-4;
+/// Relief steps over thin ridges.
+const STRAY_RELIEF: f64 = 1e-3;
+/// How many crumpled sheets.
+const SEEDS: u64 = 16;
+/// Pixels of one of them that f32 may decide otherwise: a triangle seen edge-on comes within a hundredth of a pixel of one
+/// in a few sheets of a hundred.
+const EDGE_ON: f64 = 2.0;
 
 fn render(scene: &Path, flags: &str) -> Aov {
     let folder = folder();
@@ -63,22 +68,32 @@ impl View {
 
 #[track_caller]
 fn near_the_truth(name: &str, view: Option<View>) {
+    compare(name, view, EXACT, STRAY_EXACT);
+}
+
+#[track_caller]
+fn relief_near_the_truth(name: &str) {
+    compare(name, None, FINE, STRAY_RELIEF);
+}
+
+#[track_caller]
+fn compare(name: &str, view: Option<View>, march: &str, stray: f64) {
     let scene = &asset(name);
     let (truth, camera) = reference(scene, view, Shadows::Skip);
     for stage in STAGES {
         let view = view.map(|view| view.flags()).unwrap_or_default();
-        let test = render(scene, &format!("--shell prism --stage {stage} {FINE} {view}"));
+        let test = render(scene, &format!("--shell prism --stage {stage} {march} {view}"));
         let m = Metrics::between(&test, &truth, &camera);
         println!(
-            "{name} {stage} {view}: {} pixels; coverage differs {:.1e}; depth p50 {:.1e}, p99 {:.1e} footprints, above 1: \
+            "{name} {stage} {march} {view}: {} pixels; coverage differs {:.1e}; depth p50 {:.1e}, p99 {:.1e} footprints, above 1: \
              {:.1e}; normal p50 {:.2e}, p99 {:.2e} degrees",
             m.covered, m.coverage_differs, m.depth_p50, m.depth_p99, m.depth_above_1, m.normal_p50, m.normal_p99
         );
         assert!(m.covered > 2000, "{m:?}");
         assert_eq!(m.nan_count, 0, "{m:?}");
-        assert!(m.coverage_differs <= STRAY, "{name} {stage}: {m:?}");
+        assert!(m.coverage_differs <= stray, "{name} {stage}: {m:?}");
         assert!(m.depth_p99 <= DEPTH_P99, "{name} {stage}: {m:?}");
-        assert!(m.depth_above_1 <= STRAY, "{name} {stage}: {m:?}");
+        assert!(m.depth_above_1 <= stray, "{name} {stage}: {m:?}");
         // Not the worst one: at a texel's edge the surface has a crease, and the side of it is a matter of the last bits.
         assert!(m.normal_p50 <= 1e-3 && m.normal_p99 <= 0.02, "{name} {stage}: {m:?}");
         let both = (0..truth.depth.len()).filter(|&i| (test.depth[i] - truth.depth[i]).abs() < 1e-3);
@@ -100,6 +115,7 @@ fn near_the_truth(name: &str, view: Option<View>) {
 #[test]
 fn on_the_torus() {
     near_the_truth("torus.gltf", None);
+    relief_near_the_truth("torus.gltf");
     // Along the top, so that every ray grazes.
     near_the_truth("torus.gltf", Some(View { eye: [0.0, 0.46, 2.2], target: [0.0, 0.38, 0.0] }));
 }
@@ -115,6 +131,7 @@ fn with_the_near_plane_in_the_shell() {
 #[test]
 fn on_suzanne() {
     near_the_truth("suzanne.gltf", None);
+    relief_near_the_truth("suzanne.gltf");
     near_the_truth("suzanne.gltf", Some(View { eye: [-1.2, -1.4, 2.2], target: [0.0, 0.0, 0.2] }));
     near_the_truth("suzanne.gltf", Some(View { eye: [0.6, 1.6, -2.6], target: [0.0, 0.1, 0.0] }));
 }
@@ -122,6 +139,7 @@ fn on_suzanne() {
 #[test]
 fn on_the_cube() {
     near_the_truth("cube.gltf", None);
+    relief_near_the_truth("cube.gltf");
     near_the_truth("cube.gltf", Some(View { eye: [-1.5, 1.3, 1.7], target: [0.0, 0.4, 0.0] }));
 }
 
@@ -230,10 +248,11 @@ fn on_crumpled_sheets() {
         let scene = crumpled(seed).write(folder.path());
         let (truth, camera) = reference(&scene, None, Shadows::Skip);
         let stage = STAGES[seed as usize % 2];
-        let test = render(&scene, &format!("--shell prism --stage {stage} {FINE}"));
+        let test = render(&scene, &format!("--shell prism --stage {stage} {EXACT}"));
         let m = Metrics::between(&test, &truth, &camera);
         println!("{seed} {stage}: {m:?}");
-        if m.coverage_differs > CRUMPLED || m.depth_above_1 > CRUMPLED || m.depth_p50 > DEPTH_P99 || m.nan_count > 0 {
+        let stray = m.coverage_differs.max(m.depth_above_1) * m.covered as f64;
+        if stray > EDGE_ON + 0.5 || m.depth_p99 > DEPTH_P99 || m.nan_count > 0 {
             failed.push(seed);
             let kept = common::leftovers().join(format!("crumpled-{seed}.glb"));
             std::fs::copy(&scene, kept).expect("the scene");
@@ -246,8 +265,9 @@ fn on_crumpled_sheets() {
 #[test]
 fn on_the_base_surface_of_the_plane() {
     let (truth, camera) = reference(&asset("plane.gltf"), None, Shadows::Trace);
-    let flags = "--shell off --march relief --min-steps 512 --max-steps 512 --refine-steps 16 --silhouette uv-bounds";
-    let mut test = render(&asset("plane.gltf"), &format!("{flags} --self-shadow hard"));
+    // Its shadow rays are linear marches, which the steps are for.
+    let flags = "--shell off --march exact --min-steps 512 --max-steps 512 --silhouette uv-bounds --self-shadow hard";
+    let mut test = render(&asset("plane.gltf"), flags);
     // A sheet without walls is open at its borders, where the true ray may pass below it; and the base surface's shadow
     // rays end at the UV bounds. Pixels near the border are left out, by their place on the sheet.
     let (mut truth, mut left) = (truth, 0);
@@ -272,9 +292,11 @@ fn on_the_base_surface_of_the_plane() {
 
 /// What the default steps cost, so that a change of the search shows.
 #[test]
-fn the_default_steps_stay_useful() {
+fn the_default_steps_of_each_march_stay_useful() {
     let (truth, camera) = reference(&asset("torus.gltf"), None, Shadows::Skip);
-    let m = Metrics::between(&render(&asset("torus.gltf"), "--shell prism"), &truth, &camera);
-    println!("torus, defaults: {m:?}");
-    assert!(m.coverage_differs <= 1e-3 && m.depth_above_1 <= 2e-3 && m.depth_p99 <= 0.1, "{m:?}");
+    for (march, stray) in [("pom", 0.01), ("relief", 2e-3)] {
+        let m = Metrics::between(&render(&asset("torus.gltf"), &format!("--march {march}")), &truth, &camera);
+        println!("torus, {march} with its default steps: {m:?}");
+        assert!(m.coverage_differs <= stray && m.depth_above_1 <= stray && m.depth_p99 <= 0.5, "{march}: {m:?}");
+    }
 }

@@ -27,11 +27,20 @@ fn every_scene_in_both_stages() {
 
 #[test]
 fn every_march_of_the_base_surface() {
-    for march in ["none", "normal", "pom", "relief"] {
+    for march in ["none", "normal", "pom", "relief", "exact"] {
         quiet("suzanne", &format!("--shell off --march {march} --out a.png --aov a.exr"));
     }
     quiet("plane", "--shell off --march relief --silhouette uv-bounds --self-shadow hard --depth-offset on");
     quiet("plane", "--shell off --march pom --depth-offset off");
+}
+
+#[test]
+fn every_march_of_the_shell() {
+    for stage in STAGES {
+        for march in ["pom", "relief", "exact"] {
+            quiet("torus", &format!("--stage {stage} --march {march} --out a.png --aov a.exr"));
+        }
+    }
 }
 
 #[test]
