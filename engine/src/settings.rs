@@ -108,6 +108,8 @@ pub struct Settings {
     pub depth_offset: bool,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
+    /// Count the loops that reach their limit; costs a storage buffer that fragments write.
+    pub count_limits: bool,
 }
 
 impl Default for Settings {
@@ -123,6 +125,7 @@ impl Default for Settings {
             silhouette: Silhouette::None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
+            count_limits: false,
         }
     }
 }

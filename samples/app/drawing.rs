@@ -29,6 +29,8 @@ pub struct Drawing<'a> {
     /// Number and time of the frame that was last recorded in each slot.
     pending: Vec<Option<(u64, f64)>>,
     rows: Vec<FrameRow>,
+    /// Loops that reached their limit in the measured frames, where they are counted.
+    limits: Option<u64>,
     /// Last, so that it outlives what was made from it.
     ctx: Context,
 }
@@ -81,6 +83,7 @@ impl<'a> Drawing<'a> {
             timers,
             pending: vec![None; in_flight],
             rows: Vec::new(),
+            limits: None,
             ctx: ctx.clone(),
         };
         drawing.tell_notices();
@@ -114,7 +117,7 @@ impl<'a> Drawing<'a> {
         moment: &Moment,
         target: &Image,
     ) -> Result<()> {
-        self.collect(slot);
+        self.collect(slot)?;
         for &(instance, transform) in &moment.transforms {
             self.renderer.set_instance_transform(instance, transform);
         }
@@ -124,17 +127,21 @@ impl<'a> Drawing<'a> {
     }
 
     /// Keeps the measurements of the slot's last frame, which has run.
-    fn collect(&mut self, slot: usize) {
+    fn collect(&mut self, slot: usize) -> Result<()> {
         if let (Some(timers), Some((frame, time))) = (&mut self.timers, self.pending[slot].take()) {
             let passes = timers.resolve(slot).into_iter().map(row).collect();
             self.rows.push(FrameRow { frame, time, passes });
+            if let Some(reached) = self.renderer.limits_reached(slot)? {
+                *self.limits.get_or_insert(0) += u64::from(reached);
+            }
         }
+        Ok(())
     }
 
     /// Writes and prints what was measured. All frames have run.
     pub fn finish(&mut self) -> Result<()> {
         for slot in 0..self.pending.len() {
-            self.collect(slot);
+            self.collect(slot)?;
         }
         // Slots take turns, so the last frames may come in the other order.
         self.rows.sort_by_key(|row| row.frame);
@@ -144,7 +151,7 @@ impl<'a> Drawing<'a> {
             console::notice(format_args!("wrote {}", path.display()));
         }
         if session.stats {
-            console::data(&stats::report(&self.ctx, &self.compiler, &self.renderer, &self.rows))?;
+            console::data(&stats::report(&self.ctx, &self.compiler, &self.renderer, &self.rows, self.limits))?;
         }
         Ok(())
     }

@@ -41,6 +41,11 @@ pub struct Job<'a> {
     pub out: Option<PathBuf>,
 }
 
+/// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
+fn settings(args: &CommonArgs, base: &Settings) -> Result<Settings> {
+    Ok(Settings { count_limits: args.session.stats, ..choices::settings(&args.look, base)? })
+}
+
 impl<'a> Job<'a> {
     /// `prism run`.
     pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
@@ -64,7 +69,7 @@ impl<'a> Job<'a> {
         let job = Job {
             sample,
             scene,
-            settings: choices::settings(&args.common.look, &sample.settings())?,
+            settings: settings(&args.common, &sample.settings())?,
             window,
             frames: if window { args.frames } else { Some(args.frames.unwrap_or(1)) },
             time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(HEADLESS_STEP)) },
@@ -80,7 +85,7 @@ impl<'a> Job<'a> {
         let stem = args.scene.file_stem().map_or("frame".into(), |stem| stem.to_string_lossy().into_owned());
         let job = Job {
             sample: still,
-            settings: choices::settings(&args.common.look, &still.settings())?,
+            settings: settings(&args.common, &still.settings())?,
             window: false,
             frames: Some(args.frames.unwrap_or(1)),
             time_step: Some(0.0),

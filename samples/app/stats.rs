@@ -10,7 +10,15 @@ use prism_engine::{
 use super::timings::{self, FrameRow};
 
 /// The report, one fact a line, each line with its key in front.
-pub fn report(ctx: &Context, compiler: &ShaderCompiler, renderer: &Renderer, frames: &[FrameRow]) -> String {
+///
+/// `limits`: loops that reached their limit, over all frames; `None` where the march has none.
+pub fn report(
+    ctx: &Context,
+    compiler: &ShaderCompiler,
+    renderer: &Renderer,
+    frames: &[FrameRow],
+    limits: Option<u64>,
+) -> String {
     let mut text = String::new();
     let mut line = |key: &str, value: String| {
         // Writing to a String cannot fail.
@@ -30,6 +38,7 @@ pub fn report(ctx: &Context, compiler: &ShaderCompiler, renderer: &Renderer, fra
         let models: Vec<&str> = pipeline.execution_models().into_iter().map(execution_model).collect();
         line(&format!("pipeline {name}"), models.join("+"));
     }
+    line("loop limits reached", limits.map_or_else(|| "no loop has one".to_owned(), |n| n.to_string()));
     let memory = ctx.memory_report();
     let total: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
     let passes = timings::summary(frames);

@@ -9,6 +9,9 @@ layout(std430, set = 0, binding = 1) readonly buffer ObjectBlock { Object item[]
 #ifdef HAS_LIGHTS
 layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; } lights;
 #endif
+#ifdef COUNT_LIMITS
+layout(std430, set = 0, binding = 3) buffer CounterBlock { uint limits; } counters;
+#endif
 layout(std430, set = 1, binding = 0) readonly buffer VertexBlock { Vertex item[]; } vertices;
 layout(std430, set = 1, binding = 1) readonly buffer PrismBlock { PrismData item[]; } prisms;
 layout(std140, set = 1, binding = 2) uniform MaterialBlock { Material material; };

@@ -109,12 +109,8 @@ PathEnd path_end(ProjectedPrism projected, Prism prism, vec3 s[3], float t, int 
 }
 
 // The level that the neighbour's surface has where the ray crosses wall `end.wall`; `otherwise` where there is none.
-float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings settings, PathEnd end, float own,
-                      float otherwise) {
+float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings settings, PathEnd end, float otherwise) {
     uint kind = prism.wall[end.wall];
-    if (kind == WALL_SAME) {
-        return own;
-    }
     if (kind == WALL_SEAM) {
         vec4 uv = prism.neighbour_uv[end.wall];
         return surface_level(settings, mix(uv.xy, uv.zw, wall_weight(projected, end.wall, end.t)));
@@ -218,26 +214,31 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
 float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settings, UvPath path, PathEnd entry,
                      PathEnd leave, bool chord, out int wall, inout int limits) {
     wall = -1;
-    float entry_level = surface_level(settings, entry.uv);
-    bool above = entry.t >= entry_level;
-    if (entry.wall < 3 && !above) {
-        // Below our surface: a hit if the ray came from above the neighbour's.
+    bool above = entry.t >= surface_level(settings, entry.uv);
+    if (entry.wall < 3 && prism.wall[entry.wall] != WALL_SAME) {
+        // A step between the neighbour's surface and ours: hit from above theirs to below ours, or, where hits from
+        // behind count, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a step
+        // down to the lowest level.
         uint kind = prism.wall[entry.wall];
         float outside = kind == WALL_CLOSED ? prism.t0 : 1e30;
-        if (kind != WALL_SAME &&
-            entry.t >= neighbour_level(projected, prism, settings, entry, entry_level, outside)) {
+        float there = neighbour_level(projected, prism, settings, entry, outside);
+        bool from_behind = settings.two_sided && (kind == WALL_SEAM || kind == WALL_PLAIN);
+        if (above ? from_behind && entry.t < there : entry.t >= there) {
             wall = entry.wall;
             return 0.0;
         }
     }
     float along = search(settings, path, entry, leave, chord, above, limits);
-    if (along > 1.0 && above && leave.wall < 3) {
-        if (leave.t < surface_level(settings, leave.uv)) {
+    if (along > 1.0 && leave.wall < 3) {
+        uint kind = prism.wall[leave.wall];
+        if (above && leave.t < surface_level(settings, leave.uv)) {
             // The neighbour will find the ray below, by these same operations: the hit is ours, however late.
             return 1.0;
         }
-        if (prism.wall[leave.wall] == WALL_PLAIN && leave.t < 0.0) {
-            // Above our surface but below the plain neighbour's: the step up to it.
+        // Steps whose far side is no prism: the plain neighbour's, and from behind the closed border too.
+        bool step = above ? kind == WALL_PLAIN && leave.t < 0.0
+                          : settings.two_sided && (kind == WALL_CLOSED || (kind == WALL_PLAIN && leave.t >= 0.0));
+        if (step) {
             wall = leave.wall;
             return 1.0;
         }

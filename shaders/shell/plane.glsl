@@ -21,6 +21,7 @@ struct PlaneMarch {
 struct PlaneHit {
     float t; // level
     vec2 uv;
+    int limits; // loops that gave up
 };
 
 // How a vector of mesh space moves uv within the plane of `normal`: from the derivatives of position and uv over the
@@ -69,7 +70,7 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     vec2 cells = abs(b - a);
     int limit = march.step_limit * (16 + int(min(cells.x + cells.y, 1e5)));
     float t = mix(march.t1, march.t0, min(exact_hit(curve, field, limit), 1.0));
-    return PlaneHit(t, ray.uv + t * ray.slope);
+    return PlaneHit(t, ray.uv + t * ray.slope, limit == 0 ? 1 : 0);
 }
 #else
 // From the top of the range down to the field. Always ends in a hit: at the bottom at the latest.
@@ -98,7 +99,7 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
 #endif
     float denominator = fa - fb;
     float t = mix(a, b, denominator > 0.0 ? clamp(fa / denominator, 0.0, 1.0) : 1.0);
-    return PlaneHit(t, ray.uv + t * ray.slope);
+    return PlaneHit(t, ray.uv + t * ray.slope, 0);
 }
 #endif
 

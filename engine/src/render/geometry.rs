@@ -113,12 +113,13 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         ]
     };
     let normal_scale = material.normal.map_or(1.0, |(_, scale)| scale);
+    let midlevel = material.displacement.map_or(DEFAULT_MIDLEVEL, |d| d.midlevel);
     let occlusion_strength = material.occlusion.map_or(1.0, |(_, strength)| strength);
     GpuMaterial {
         base_color: material.base_color_factor,
         factors: Vec4::new(material.roughness, material.metallic, normal_scale, occlusion_strength),
         emissive: material.emissive_factor.extend(material.alpha_cutoff.unwrap_or(0.0)),
-        displacement: Vec4::new(0.0, DEFAULT_MIDLEVEL as f32, 0.0, 0.0),
+        displacement: Vec4::new(0.0, midlevel as f32, 0.0, 0.0),
         uv_bounds: Vec4::ZERO,
         march: UVec4::new(
             settings.min_steps,

@@ -7,6 +7,8 @@ pub mod layout;
 pub mod plan;
 mod pyramid;
 mod resources;
+#[cfg(test)]
+mod tests;
 pub mod variant;
 pub mod view;
 
@@ -53,6 +55,9 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
     let mut features = Features::default();
     if interactive {
         features.optional.extend([Feature::MeshShader, Feature::GeometryShader]);
+    }
+    if settings.count_limits {
+        features.required.push(Feature::FragmentStoresAndAtomics);
     }
     if plan::wants_shell(scene, settings) {
         match settings.stage {
@@ -195,7 +200,8 @@ impl Renderer {
         self.resize(extent)?;
         while self.slots.len() <= slot {
             let index = self.slots.len();
-            let slot = Slot::new(&self.ctx, index, self.plan.draws.len(), self.lights.len())?;
+            let slot =
+                Slot::new(&self.ctx, index, self.plan.draws.len(), self.lights.len(), self.settings.count_limits)?;
             self.slots.push(slot);
         }
         let objects: Vec<_> = self
@@ -244,6 +250,7 @@ impl Renderer {
             }
             clear = false;
         }
+        self.slots[slot].end(cmd);
         Ok(())
     }
 
@@ -283,6 +290,12 @@ impl Renderer {
         let targets = self.targets.as_ref().and_then(|t| Some((t.aov.as_ref()?, t.camera)));
         let (aov, camera) = targets.ok_or_else(|| Error::Usage("no frame with AOVs has been recorded".into()))?;
         aov.read(&self.ctx, camera)
+    }
+
+    /// Loops of the slot's last frame, which has run, that gave up at their limit: pixels that may be wrong. `None`
+    /// unless [`Settings::count_limits`] is on.
+    pub fn limits_reached(&self, slot: usize) -> Result<Option<u32>> {
+        self.slots.get(slot).map_or(Ok(None), Slot::limits_reached)
     }
 
     /// The pipelines that a frame binds, by name.

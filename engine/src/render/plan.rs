@@ -164,6 +164,8 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
         depth_offset: traces && settings.depth_offset,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
+        // Linear searches end by themselves.
+        count_limits: settings.count_limits && settings.march == March::Exact,
     }
 }
 

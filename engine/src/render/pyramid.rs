@@ -53,7 +53,9 @@ pub fn build(
     }
     content.resize(end as usize, 0);
     let mut uploader = Uploader::new(ctx)?;
-    let buffer = uploader.buffer(&format!("{} pyramid", map.name()), vk::BufferUsageFlags::STORAGE_BUFFER, &content)?;
+    // The transfer is for the test, which reads it back.
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+    let buffer = uploader.buffer(&format!("{} pyramid", map.name()), usage, &content)?;
     uploader.finish()?;
 
     let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
@@ -74,4 +76,101 @@ pub fn build(
         Ok(())
     })?;
     Ok(buffer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{BufferDesc, ContextDesc, ImageDesc, MemoryLocation, SamplerDesc};
+    use crate::render::shader_compiler;
+    use crate::settings::Validation;
+
+    /// Least and greatest texel from `first` to `last`, both included, wrapped one by one.
+    fn bounds(texels: &[u16], size: [i64; 2], wrap: [Wrap; 2], first: [i64; 2], last: [i64; 2]) -> [u16; 2] {
+        let wrapped = |i: i64, axis: usize| match wrap[axis] {
+            Wrap::Repeat => i.rem_euclid(size[axis]),
+            Wrap::Clamp => i.clamp(0, size[axis] - 1),
+            Wrap::Mirror => {
+                let at = i.rem_euclid(2 * size[axis]);
+                if at < size[axis] { at } else { 2 * size[axis] - 1 - at }
+            }
+        };
+        let mut found = [u16::MAX, 0];
+        for y in first[1]..=last[1] {
+            for x in first[0]..=last[0] {
+                let texel = texels[(wrapped(y, 1) * size[0] + wrapped(x, 0)) as usize];
+                found = [found[0].min(texel), found[1].max(texel)];
+            }
+        }
+        found
+    }
+
+    fn read(ctx: &Context, buffer: &Buffer) -> Vec<u32> {
+        let desc = BufferDesc {
+            name: "pyramid copy",
+            size: buffer.size(),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            location: MemoryLocation::GpuToCpu,
+        };
+        let copy = Buffer::new(ctx, &desc).unwrap();
+        run_once(ctx, |cmd| {
+            cmd.copy_buffer(buffer, 0, &copy, 0, buffer.size());
+            cmd.buffer_barrier(&copy, Access::TRANSFER_DST, Access::HOST_READ);
+            Ok(())
+        })
+        .unwrap();
+        copy.read().unwrap()
+    }
+
+    /// Every node bounds its texels; exactly so where its children do not lie past the end of the map.
+    #[test]
+    fn every_node_bounds_its_texels() {
+        let ctx = Context::new(&ContextDesc { validation: Validation::Sync, ..ContextDesc::default() }).unwrap();
+        let compiler = shader_compiler(None).unwrap();
+        let sampler = Sampler::new(&ctx, &SamplerDesc::default()).unwrap();
+        let mut state = 1u32;
+        for (size, wrap) in [
+            ([16, 16], [Wrap::Repeat, Wrap::Repeat]),
+            ([13, 7], [Wrap::Repeat, Wrap::Mirror]),
+            ([9, 21], [Wrap::Clamp, Wrap::Repeat]),
+            ([6, 11], [Wrap::Mirror, Wrap::Clamp]),
+            ([1, 1], [Wrap::Repeat, Wrap::Clamp]),
+        ] {
+            let texels: Vec<u16> = (0..size[0] * size[1])
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (state >> 16) as u16
+                })
+                .collect();
+            let mut uploader = Uploader::new(&ctx).unwrap();
+            let desc = ImageDesc {
+                name: "random heights",
+                extent: size,
+                format: vk::Format::R16_UNORM,
+                usage: vk::ImageUsageFlags::SAMPLED,
+                ..ImageDesc::default()
+            };
+            let map = uploader.image(&desc, bytemuck::cast_slice(&texels)).unwrap();
+            uploader.finish().unwrap();
+            let items = read(&ctx, &build(&ctx, &compiler, &map, &sampler, wrap).unwrap());
+
+            let shift = wrap.map(|w| i64::from(w == Wrap::Clamp));
+            let size = size.map(i64::from);
+            for (level, [columns, rows]) in (1..).zip(level_sizes(size.map(|n| n as u32), wrap)) {
+                for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+                    let node = items[(items[level] + y * columns + x) as usize];
+                    let (low, high) = (node as u16, (node >> 16) as u16);
+                    let first = [i64::from(x), i64::from(y)].map(|k| k << level);
+                    let first = [first[0] - shift[0], first[1] - shift[1]];
+                    let last = first.map(|f| f + (1 << level));
+                    let [least, greatest] = bounds(&texels, size, wrap, first, last);
+                    let place = format!("{size:?} {wrap:?} level {level} node {x},{y}");
+                    assert!(low <= least && high >= greatest, "{place}: {low}..{high}, texels {least}..{greatest}");
+                    let inside = last[0] < size[0] && last[1] < size[1];
+                    assert!(!inside || (low, high) == (least, greatest), "{place}: loose");
+                }
+            }
+        }
+        ctx.check_validation().unwrap();
+    }
 }

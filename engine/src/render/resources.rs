@@ -11,8 +11,8 @@ use super::pyramid;
 use super::variant::{TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::gpu::{
-    Binding, Buffer, BufferDesc, Context, DescriptorSet, Image, ImageDesc, MemoryLocation, Pipeline, Sampler,
-    SamplerDesc, ShaderCompiler, Uploader, vk,
+    Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
+    Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
 use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{March, Settings};
@@ -238,23 +238,28 @@ pub struct Slot {
     frame: Buffer,
     objects: Buffer,
     lights: Option<Buffer>,
+    /// Loops that reached their limit, where they are counted.
+    counters: Option<Buffer>,
     sets: HashMap<Variant, DescriptorSet>,
 }
 
 impl Slot {
-    /// Room for `objects` draws and `lights` lights.
-    pub fn new(ctx: &Context, index: usize, objects: usize, lights: usize) -> Result<Self> {
+    /// Room for `objects` draws and `lights` lights, and counters if asked for.
+    pub fn new(ctx: &Context, index: usize, objects: usize, lights: usize, counters: bool) -> Result<Self> {
         use vk::BufferUsageFlags as U;
-        let buffer = |what: &str, size: usize, usage| {
+        let buffer_in = |location, what: &str, size: usize, usage| {
             let name = format!("{what} of slot {index}");
-            let location = MemoryLocation::CpuToGpu;
             Buffer::new(ctx, &BufferDesc { name: &name, size: size as u64, usage, location })
         };
+        let buffer = |what: &str, size, usage| buffer_in(MemoryLocation::CpuToGpu, what, size, usage);
         Ok(Slot {
             frame: buffer("frame", size_of::<Frame>(), U::UNIFORM_BUFFER)?,
             objects: buffer("objects", size_of::<Object>() * objects.max(1), U::STORAGE_BUFFER)?,
             lights: (lights > 0)
                 .then(|| buffer("lights", size_of::<Light>() * lights, U::STORAGE_BUFFER))
+                .transpose()?,
+            counters: counters
+                .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<u32>(), U::STORAGE_BUFFER))
                 .transpose()?,
             sets: HashMap::new(),
         })
@@ -267,7 +272,23 @@ impl Slot {
         if let Some(buffer) = &self.lights {
             buffer.write(0, lights)?;
         }
+        if let Some(buffer) = &self.counters {
+            buffer.write(0, &[0u32])?;
+        }
         Ok(())
+    }
+
+    /// Makes what the frame counted visible to the CPU; recorded after its last pass.
+    pub fn end(&self, cmd: &mut CommandEncoder) {
+        if let Some(buffer) = &self.counters {
+            cmd.buffer_barrier(buffer, Access::FRAGMENT_WRITE, Access::HOST_READ);
+        }
+    }
+
+    /// Loops of the slot's last frame, which has run, that reached their limit; `None` where they are not counted.
+    pub fn limits_reached(&self) -> Result<Option<u32>> {
+        let Some(buffer) = &self.counters else { return Ok(None) };
+        Ok(buffer.read::<u32>()?.first().copied())
     }
 
     /// Makes set 0 for a variant's pipeline, if it is not made yet.
@@ -278,6 +299,7 @@ impl Slot {
         let mut bindings =
             vec![("FrameBlock", Binding::Buffer(&self.frame)), ("objects", Binding::Buffer(&self.objects))];
         bindings.extend(self.lights.as_ref().map(|lights| ("lights", Binding::Buffer(lights))));
+        bindings.extend(self.counters.as_ref().map(|counters| ("counters", Binding::Buffer(counters))));
         let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
         self.sets.insert(*variant, set);
         Ok(())

@@ -35,6 +35,8 @@ pub struct Height {
     pub depth_offset: bool,
     /// Second march toward the first light.
     pub self_shadow: bool,
+    /// Counts loops that reach their limit.
+    pub count_limits: bool,
 }
 
 /// Everything that decides a draw's shader code and pipeline state.
@@ -106,6 +108,7 @@ impl Variant {
             flag("UV_BOUNDS", height.uv_bounds);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
+            flag("COUNT_LIMITS", height.count_limits);
             defines.extend(wrap_defines(height.wrap));
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {

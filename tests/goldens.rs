@@ -1,0 +1,72 @@
+//! The samples' pictures against those in `goldens/`, which someone has looked at.
+//!
+//! `PRISM_UPDATE_GOLDENS=1 tests/run -- --test goldens` makes them anew; look at them before they are committed.
+
+mod common;
+
+use std::{env, fs, path::Path};
+
+use common::{Picture, draw, folder, leftovers};
+
+/// lavapipe compiles for the CPU it finds: across CPU types a few pixels at edges and creases fall on the other side, and
+/// no others change by more than rounding.
+const MEAN: f64 = 0.15;
+const STEADY: f64 = 0.99;
+const ROUNDING: u8 = 4;
+/// Of all pixels, those that may be anything.
+const STRAY: f64 = 0.002;
+
+fn compare(name: &str, command: &str, subject: &str, flags: &str) {
+    let folder = folder();
+    let file = format!("{name}.png");
+    let call = draw(command, subject).words(&format!("--headless --size 192x144 {flags} --out {file}"));
+    call.within(folder.path()).succeeds();
+    let actual = Picture::read(&folder.path().join(&file));
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens").join(&file);
+    if env::var_os("PRISM_UPDATE_GOLDENS").is_some() {
+        fs::create_dir_all(golden.parent().expect("a folder")).expect("the folder");
+        fs::copy(folder.path().join(&file), &golden).expect("the golden");
+        println!("wrote {}", golden.display());
+        return;
+    }
+    let expected = Picture::read(&golden);
+    let differences = actual.differences(&expected);
+    let share = |above: u8| differences.iter().filter(|d| **d > above).count() as f64 / differences.len() as f64;
+    let mean = differences.iter().map(|d| f64::from(*d)).sum::<f64>() / differences.len() as f64;
+    let (uneven, stray) = (share(ROUNDING), share(24));
+    println!("{name}: mean {mean:.4}, above {ROUNDING}: {uneven:.5}, above 24: {stray:.5}");
+    if mean <= MEAN && uneven <= 1.0 - STEADY && stray <= STRAY {
+        return;
+    }
+    let kept = leftovers();
+    let amplified = differences.iter().map(|d| [d.saturating_mul(8); 3]).collect();
+    actual.write(&kept.join(&file));
+    Picture { pixels: amplified, ..actual }.write(&kept.join(format!("{name}-difference.png")));
+    panic!(
+        "{name}: not the picture in {}: mean difference {mean:.3} (at most {MEAN}), {uneven:.4} of the pixels off by more \
+         than {ROUNDING} (at most {:.4}), {stray:.4} by more than 24 (at most {STRAY}). Picture and difference × 8 are in {}",
+        golden.display(),
+        1.0 - STEADY,
+        kept.display()
+    );
+}
+
+#[test]
+fn prism_shell() {
+    compare("prism_shell", "run", "prism_shell", "");
+}
+
+#[test]
+fn prism_shell_a_quarter_turn_later() {
+    compare("prism_shell_later", "run", "prism_shell", "--frames 2 --time-step 10");
+}
+
+#[test]
+fn viewer() {
+    compare("viewer", "run", "viewer", "");
+}
+
+#[test]
+fn viewer_without_a_shell() {
+    compare("viewer_base", "run", "viewer", "--shell off");
+}

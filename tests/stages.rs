@@ -1,0 +1,100 @@
+//! The geometry stage and the mesh stage make the same picture, and each is what really ran.
+
+mod common;
+
+use common::{Frame, Picture, STAGES, asset, draw, folder};
+use prism_engine::aov::Aov;
+
+/// Depth, relative. The two stages reach the rasterizer with other outlines; the tracer's arithmetic is the same.
+const DEPTH: f32 = 1e-6;
+/// Of a channel of the picture.
+const COLOUR: u8 = 2;
+
+struct Drawn {
+    aov: Aov,
+    picture: Picture,
+    /// Execution models of each pipeline that draws the shell, out of its SPIR-V.
+    shells: Vec<String>,
+}
+
+fn drawn(scene: &str, stage: &str) -> Drawn {
+    let folder = folder();
+    let flags = format!("--size 160x120 --stage {stage} --stats --out frame.png --aov frame.exr");
+    let outcome = draw("render", asset(scene)).words(&flags).within(folder.path()).succeeds();
+    let shell = |line: &str| line.strip_prefix("pipeline shell")?.split_once(": ").map(|(_, models)| models.to_owned());
+    Drawn {
+        aov: Frame::read(&folder.path().join("frame.exr")).aov(),
+        picture: Picture::read(&folder.path().join("frame.png")),
+        shells: outcome.stdout.lines().filter_map(shell).collect(),
+    }
+}
+
+#[track_caller]
+fn agree(scene: &str) {
+    let [mesh, geometry] = STAGES.map(|stage| drawn(scene, stage));
+    for (drawn, models) in [(&mesh, "MeshEXT+Fragment"), (&geometry, "Vertex+Geometry+Fragment")] {
+        assert!(!drawn.shells.is_empty(), "{scene}: no pipeline draws a shell");
+        assert!(drawn.shells.iter().all(|bound| bound == models), "{scene}: {:?} instead of {models}", drawn.shells);
+    }
+    let covered = mesh.aov.depth.iter().filter(|z| z.is_finite()).count();
+    assert!(covered > 2000, "{scene}: only {covered} pixels are covered");
+    let mut coverage = 0;
+    let mut worst = 0f32;
+    for (a, b) in mesh.aov.depth.iter().zip(&geometry.aov.depth) {
+        if a.is_finite() != b.is_finite() {
+            coverage += 1;
+        } else if a.is_finite() {
+            worst = worst.max((a - b).abs() / a);
+        }
+    }
+    let colour = mesh.picture.differences(&geometry.picture).into_iter().max().unwrap_or(0);
+    println!("{scene}: {covered} pixels; coverage differs at {coverage}, depth by {worst:.1e}, colour by {colour}/255");
+    assert_eq!(coverage, 0, "{scene}: pixels that only one stage covers");
+    assert!(worst <= DEPTH, "{scene}: depth differs by {worst:e}");
+    assert!(colour <= COLOUR, "{scene}: colour differs by {colour}/255");
+}
+
+#[test]
+fn on_the_torus() {
+    agree("torus.gltf");
+}
+
+#[test]
+fn on_suzanne() {
+    agree("suzanne.gltf");
+}
+
+#[test]
+fn on_the_cube() {
+    agree("cube.gltf");
+}
+
+#[test]
+fn on_the_sample() {
+    agree("prism_shell.gltf");
+}
+
+#[test]
+fn without_a_shell_neither_stage_is_bound() {
+    let folder = folder();
+    let call = draw("render", asset("torus.gltf")).words("--size 64x48 --shell off --stats").within(folder.path());
+    let outcome = call.succeeds();
+    assert!(!outcome.stdout.contains("pipeline shell"), "{outcome}");
+    assert!(!outcome.stdout.contains("MeshEXT") && !outcome.stdout.contains("Geometry+"), "{outcome}");
+    // Nor are they asked of the device.
+    let features =
+        outcome.stdout.lines().find(|line| line.starts_with("features: ")).unwrap_or_else(|| panic!("{outcome}"));
+    assert!(!features.contains("mesh") && !features.contains("geometry"), "{features}");
+}
+
+#[test]
+fn each_stage_asks_the_device_for_itself_only() {
+    for (stage, other) in [("mesh", "geometry"), ("geometry", "mesh")] {
+        let folder = folder();
+        let flags = format!("--size 64x48 --stage {stage} --stats");
+        let outcome = draw("render", asset("cube.gltf")).words(&flags).within(folder.path()).succeeds();
+        let features =
+            outcome.stdout.lines().find(|line| line.starts_with("features: ")).unwrap_or_else(|| panic!("{outcome}"));
+        assert!(features.contains(stage) && !features.contains(other), "--stage {stage}: {features}");
+    }
+}

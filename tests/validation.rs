@@ -1,0 +1,62 @@
+//! Nothing that the program does displeases the validation layer, synchronization included. That its messages are caught at
+//! all is shown in the engine's own tests, by a call that is deliberately wrong.
+
+mod common;
+
+use common::{STAGES, asset, draw, folder};
+
+const SCENES: [&str; 8] = ["prism_shell", "torus", "suzanne", "cube", "cloth", "stack", "plane", "terrain"];
+
+#[track_caller]
+fn quiet(scene: &str, flags: &str) {
+    let folder = folder();
+    let call = draw("render", asset(&format!("{scene}.gltf"))).words("--size 64x48").words(flags).within(folder.path());
+    // An exit code of 0 says that the layer was loaded, too: the program fails without it.
+    let outcome = call.succeeds();
+    assert!(!outcome.stderr.to_lowercase().contains("validation"), "{outcome}");
+}
+
+#[test]
+fn every_scene_in_both_stages() {
+    for scene in SCENES {
+        for stage in STAGES {
+            quiet(scene, &format!("--stage {stage} --out a.png --aov a.exr"));
+        }
+    }
+}
+
+#[test]
+fn every_march_of_the_base_surface() {
+    for march in ["none", "normal", "pom", "relief", "exact"] {
+        quiet("suzanne", &format!("--shell off --march {march} --out a.png --aov a.exr"));
+    }
+    quiet("plane", "--shell off --march relief --silhouette uv-bounds --self-shadow hard --depth-offset on");
+    quiet("plane", "--shell off --march pom --depth-offset off");
+}
+
+#[test]
+fn every_march_of_the_shell() {
+    for stage in STAGES {
+        for march in ["pom", "relief", "exact"] {
+            quiet("torus", &format!("--stage {stage} --march {march} --out a.png --aov a.exr"));
+        }
+    }
+}
+
+#[test]
+fn frames_in_a_row_with_queries() {
+    for stage in STAGES {
+        quiet("cube", &format!("--stage {stage} --frames 4 --stats --csv a.csv"));
+    }
+}
+
+#[test]
+fn without_the_layer_validation_is_refused_by_name() {
+    let folder = folder();
+    // The loader finds layers nowhere else than here.
+    let nowhere = folder.path().join("none");
+    std::fs::create_dir(&nowhere).expect("a folder");
+    let call = draw("render", asset("cube.gltf")).words("--size 64x48").env("VK_LAYER_PATH", &nowhere);
+    let outcome = call.within(folder.path()).run().ends(77);
+    outcome.complains(&["VK_LAYER_KHRONOS_validation"]);
+}

@@ -1,0 +1,253 @@
+//! A sample in a window, driven as a user drives it: through the X server that DISPLAY names.
+
+mod common;
+
+use std::{
+    env,
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use common::{Outcome, Picture, draw, folder, program::Running};
+use x11rb::{
+    connection::Connection,
+    protocol::{
+        xproto::{
+            Atom, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask, ImageFormat,
+            InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MapState, Window,
+        },
+        xtest::ConnectionExt as _,
+    },
+    rust_connection::RustConnection,
+};
+
+/// For the window to come, to change, to go: a slow machine compiles shaders meanwhile.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What the keys send: the letters' own code points, and Escape's number in the X protocol.
+const ESCAPE: u32 = 0xff1b;
+
+/// The client that watches the program and presses its keys.
+struct User {
+    x: RustConnection,
+    root: Window,
+}
+
+impl User {
+    fn connect() -> User {
+        assert!(env::var_os("DISPLAY").is_some(), "these tests need an X server: tests/run starts one");
+        let (x, screen) = x11rb::connect(None).expect("the X server");
+        let root = x.setup().roots[screen].root;
+        User { x, root }
+    }
+
+    fn atom(&self, name: &str) -> Atom {
+        self.x.intern_atom(false, name.as_bytes()).expect("sent").reply().expect("an atom").atom
+    }
+
+    fn property(&self, window: Window, name: &str, kind: impl Into<Atom>) -> Vec<u8> {
+        let cookie = self.x.get_property(false, window, self.atom(name), kind, 0, 1024).expect("sent");
+        cookie.reply().map(|reply| reply.value).unwrap_or_default()
+    }
+
+    fn title(&self, window: Window) -> String {
+        String::from_utf8_lossy(&self.property(window, "_NET_WM_NAME", self.atom("UTF8_STRING"))).into_owned()
+    }
+
+    /// The window of this process, once it is shown.
+    fn window_of(&self, process: &mut Running) -> Window {
+        let pid = process.id();
+        wait("its window", process, || {
+            let tree = self.x.query_tree(self.root).expect("sent").reply().expect("the windows");
+            tree.children.into_iter().find(|&window| {
+                let owner = self.property(window, "_NET_WM_PID", AtomEnum::CARDINAL);
+                let attributes = self.x.get_window_attributes(window).expect("sent").reply();
+                owner == pid.to_ne_bytes() && attributes.is_ok_and(|a| a.map_state == MapState::VIEWABLE)
+            })
+        })
+    }
+
+    fn size(&self, window: Window) -> [u16; 2] {
+        let geometry = self.x.get_geometry(window).expect("sent").reply().expect("its size");
+        [geometry.width, geometry.height]
+    }
+
+    /// What the window shows.
+    fn picture(&self, window: Window) -> Picture {
+        let [width, height] = self.size(window);
+        let cookie = self.x.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, !0).expect("sent");
+        let image = cookie.reply().expect("its content");
+        assert_eq!(image.data.len(), 4 * usize::from(width) * usize::from(height), "32 bits a pixel");
+        // Little-endian X servers store blue first.
+        let pixels = image.data.chunks_exact(4).map(|p| [p[2], p[1], p[0]]).collect();
+        Picture { width: width.into(), height: height.into(), pixels }
+    }
+
+    fn focus(&self, window: Window) {
+        self.x.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).expect("sent");
+        self.x.flush().expect("sent");
+    }
+
+    fn press(&self, symbol: u32) {
+        let setup = self.x.setup();
+        let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
+        let map = self.x.get_keyboard_mapping(first, count).expect("sent").reply().expect("the keyboard");
+        let row = map.keysyms.chunks(map.keysyms_per_keycode.into()).position(|symbols| symbols.contains(&symbol));
+        let code = first + row.unwrap_or_else(|| panic!("no key gives {symbol:#x}")) as u8;
+        for kind in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
+            self.x.xtest_fake_input(kind, code, 0, self.root, 0, 0, 0).expect("sent").check().expect("a key");
+        }
+    }
+
+    fn resize(&self, window: Window, width: u32, height: u32) {
+        let aux = ConfigureWindowAux::new().width(width).height(height);
+        self.x.configure_window(window, &aux).expect("sent").check().expect("a new size");
+    }
+
+    /// As a window manager does when the cross in the corner is clicked.
+    fn close(&self, window: Window) {
+        let data = [self.atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
+        let event = ClientMessageEvent::new(32, window, self.atom("WM_PROTOCOLS"), data);
+        self.x.send_event(false, window, EventMask::NO_EVENT, event).expect("sent").check().expect("a message");
+    }
+}
+
+/// Asks again and again until there is an answer.
+#[track_caller]
+fn wait<T>(what: &str, process: &mut Running, mut ask: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(!process.ended(), "the program ended while the test waited for {what}; it said:\n{}", process.said());
+        assert!(begun.elapsed() < PATIENCE, "{what} did not come within {PATIENCE:?}");
+        thread::sleep(Duration::from_millis(30));
+    }
+}
+
+/// Keys go to whichever window has the focus, so one test at a time has the keyboard.
+fn keyboard() -> MutexGuard<'static, ()> {
+    static KEYBOARD: Mutex<()> = Mutex::new(());
+    // A test that failed with the keyboard in its hands has let go of it.
+    KEYBOARD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// `prism run SAMPLE` in a window of 320 × 240.
+fn open(sample: &str, flags: &str) -> Running {
+    let display = env::var_os("DISPLAY").expect("an X server");
+    let call = draw("run", sample).words("--size 320x240").words(flags).env("DISPLAY", display);
+    call.start()
+}
+
+/// The picture that the same sample gives without a window.
+fn headless(sample: &str, size: [u16; 2], flags: &str) -> Picture {
+    let folder = folder();
+    let flags = format!("--headless --size {}x{} {flags} --out frame.png", size[0], size[1]);
+    draw("run", sample).words(&flags).within(folder.path()).succeeds();
+    Picture::read(&folder.path().join("frame.png"))
+}
+
+/// The share of pixels that differ by more than a little.
+fn difference(a: &Picture, b: &Picture) -> f64 {
+    let differences = a.differences(b);
+    differences.iter().filter(|d| **d > 8).count() as f64 / differences.len() as f64
+}
+
+/// Waits until the window shows this picture.
+#[track_caller]
+fn shows(user: &User, window: Window, process: &mut Running, expected: &Picture) {
+    let mut last = f64::NAN;
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE {
+        assert!(!process.ended(), "the program ended; it said:\n{}", process.said());
+        let seen = user.picture(window);
+        if (seen.width, seen.height) == (expected.width, expected.height) {
+            last = difference(&seen, expected);
+            if last < 0.01 {
+                return;
+            }
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
+    let kept = common::leftovers();
+    user.picture(window).write(&kept.join("window-seen.png"));
+    expected.write(&kept.join("window-expected.png"));
+    panic!("the window is not the headless picture: {last:.3} of the pixels differ; see {}", kept.display());
+}
+
+#[track_caller]
+fn clean(outcome: Outcome) {
+    let outcome = outcome.ends(0);
+    // The window system has warnings of its own.
+    let told = |line: &str| line.starts_with("error: ") || line.to_lowercase().contains("validation");
+    assert!(!outcome.stderr.lines().any(told), "{outcome}");
+}
+
+#[test]
+fn a_sample_is_shown_resized_switched_and_closed() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let mut process = open("prism_shell", "--time-step 0");
+    let window = user.window_of(&mut process);
+    assert_eq!(user.size(window), [320, 240]);
+    let first = headless("prism_shell", [320, 240], "");
+    assert!(first.colours() > 1000, "{} colours", first.colours());
+    shows(&user, window, &mut process, &first);
+
+    for [width, height] in [[400, 200], [250, 310], [64, 48], [320, 240]] {
+        user.resize(window, width.into(), height.into());
+        shows(&user, window, &mut process, &headless("prism_shell", [width, height], ""));
+    }
+
+    user.focus(window);
+    let title = |part: &str, process: &mut Running| {
+        wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
+    };
+    title("shell prism", &mut process);
+    user.press('h'.into());
+    title("shell off", &mut process);
+    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--shell off --march relief"));
+    user.press('h'.into());
+    title("shell prism", &mut process);
+    title("march relief", &mut process);
+    user.press('m'.into());
+    title("march pom", &mut process);
+    title("stage auto", &mut process);
+    user.press('s'.into());
+    title("stage mesh", &mut process);
+    user.press('s'.into());
+    title("stage geometry", &mut process);
+    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--march pom --stage geometry"));
+
+    user.close(window);
+    clean(process.wait());
+}
+
+#[test]
+fn escape_quits() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let mut process = open("viewer", "");
+    let window = user.window_of(&mut process);
+    shows(&user, window, &mut process, &headless("viewer", [320, 240], ""));
+    user.focus(window);
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+#[test]
+fn it_ends_after_the_frames_that_were_asked_for() {
+    let mut process = open("prism_shell", "--frames 5 --stats");
+    let user = User::connect();
+    let _ = user.window_of(&mut process);
+    let outcome = process.wait().ends(0);
+    assert!(outcome.stdout.contains("n=5"), "the statistics are of five frames\n{outcome}");
+}
+
+#[test]
+fn a_display_that_is_not_there() {
+    let call = draw("run", "prism_shell").words("--size 64x48").env("DISPLAY", ":65500");
+    call.run().ends(77).complains(&["window"]);
+}
