@@ -9,6 +9,7 @@ from PIL import Image
 
 ASSETS = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LIMIT = 12 << 20  # bytes, everything together (the project's limit is 30 MB)
+HARD = ("cliffs_height.png", "needles_height.png")
 wrong = []
 
 
@@ -27,11 +28,13 @@ def check_map(path):
     else:
         expect((depth, colour) == (8, 2), name, "is not 8-bit RGB")
     image = np.asarray(Image.open(path)).astype(np.int64)
-    tile = not name.startswith("terrain")
+    hard = name in HARD  # steps of one texel, and few heights: that is what they are for
+    tile = not hard and not name.startswith("terrain")
+    expect(not hard or image.shape == (64, 64), name, image.shape)
     expect(not tile or image.shape[:2] == (512, 512), name, image.shape)
     if name.endswith("_height.png"):
         expect(image.min() == 0 and image.max() == 65535, name, "does not fill the range")
-        expect(len(np.unique(image)) > (5000 if tile else 800), name, "has few values")
+        expect(len(np.unique(image)) > (1 if hard else 5000 if tile else 800), name, "has few values")
     if name.endswith("_orm.png"):
         expect((image[..., 2] == 0).all(), name, "is metallic")
     if tile:
@@ -96,6 +99,8 @@ def check_scene(path):
             order = np.unique(position, axis=0)
             near = np.unique(np.round(position, 5), axis=0)
             expect(len(order) == len(near), *what, "seams that do not close to the bit")
+            if name == "stability_seams.gltf":
+                continue  # its UVs are mirrored on purpose
             # Not mirrored: u to the right and v down, seen from outside.
             t = uv[index].reshape(-1, 3, 2)
             e, f = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
@@ -108,11 +113,11 @@ def check_scene(path):
         expect(sorted(d) == ["border", "midlevel", "relative", "scale", "texture"], name, m["name"], "displacement keys")
         image = g["images"][g["textures"][d["texture"]["index"]]["source"]]["uri"]
         expect(image.endswith("_height.png") and d["scale"] > 0 and 0 <= d["midlevel"] <= 1, name, m["name"], "displacement")
-        used = [m["pbrMetallicRoughness"]["baseColorTexture"], d["texture"]]
+        used = [d["texture"], m["pbrMetallicRoughness"].get("baseColorTexture", d["texture"])]
         expect(len({json.dumps(t.get("extensions")) for t in used}) == 1, name, m["name"], "maps do not lie together")
     expect(len(g.get("cameras", [])) == 1, name, "camera")
     expect([l["type"] for l in g["extensions"]["KHR_lights_punctual"]["lights"]] == ["directional"], name, "light")
-    print("%-18s %6d triangles" % (name, triangles))
+    print("%-26s %6d triangles" % (name, triangles))
 
 
 def main():

@@ -6,6 +6,8 @@ import os
 
 import numpy as np
 
+REPEAT, MIRROR, CLAMP = 10497, 33648, 33071  # wrap modes
+
 
 def look_at(eye, target, up=(0.0, 1.0, 0.0)):
     """The quaternion (x, y, z, w) that turns -Z from eye to target."""
@@ -37,8 +39,10 @@ def tidy(values):
 
 
 class Scene:
-    def __init__(self, name):
+    def __init__(self, name, model=None):
+        """`model`: another scene of the same mesh, whose buffer file serves both."""
         self.name = name
+        self.model = model or name
         self.bytes = bytearray()
         self.doc = {
             "asset": {"version": "2.0", "generator": "Prism Shell assets/make"},
@@ -84,8 +88,10 @@ class Scene:
             "indices": self.accessor(index.astype("<u2"), "SCALAR", 34963),
         }
 
-    def mesh(self, name, geometry, material):
-        return self.add("meshes", {"name": name, "primitives": [{**geometry, "material": material}]})
+    def mesh(self, name, geometry, material, *more):
+        """`more`: further primitives, as pairs of geometry and material."""
+        primitives = [{**g, "material": m} for g, m in ((geometry, material), *more)]
+        return self.add("meshes", {"name": name, "primitives": primitives})
 
     # Materials.
 
@@ -99,7 +105,7 @@ class Scene:
 
     def displaced(self, maps, scale, midlevel, tiling=None, clamp=False, orm=True, roughness=1.0, double_sided=False):
         """A material of the maps `maps`_albedo, _orm and _height, with the displacement request of the engine."""
-        wrap = 33071 if clamp else 10497
+        wrap = CLAMP if clamp else REPEAT
 
         def info(kind):
             t = {"index": self.texture("%s_%s.png" % (maps, kind), wrap), "texCoord": 0}
@@ -121,6 +127,14 @@ class Scene:
         }
         return self.add("materials", material)
 
+    def bare(self, name, linear_rgb, scale, midlevel, wrap=REPEAT, border="open"):
+        """A material of one colour and the height map `name`_height: what only the shape is looked at for."""
+        material = self.plain(name, linear_rgb, 0.8)
+        texture = {"index": self.texture("%s_height.png" % name, wrap), "texCoord": 0}
+        request = {"texture": texture, "scale": scale, "relative": False, "midlevel": midlevel, "border": border}
+        self.doc["materials"][material]["extras"] = {"displacement": request}
+        return material
+
     def plain(self, name, linear_rgb, roughness):
         pbr = {"baseColorFactor": tidy([*np.round(linear_rgb, 4), 1.0]), "metallicFactor": 0.0, "roughnessFactor": roughness}
         return self.add("materials", {"name": name, "pbrMetallicRoughness": pbr})
@@ -140,7 +154,7 @@ class Scene:
         self.node(name="sun", rotation=look_at(towards, (0, 0, 0)), extensions=light)
 
     def write(self, folder):
-        uri = "models/%s.bin" % self.name
+        uri = "models/%s.bin" % self.model
         self.doc["buffers"] = [{"uri": uri, "byteLength": len(self.bytes)}]
         order = ["asset", "extensionsUsed", "extensions", "scene", "scenes", "nodes", "cameras", "meshes", "materials"]
         order += ["textures", "images", "samplers", "accessors", "bufferViews", "buffers"]

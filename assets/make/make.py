@@ -15,9 +15,11 @@ import image
 import maps_bricks
 import maps_cloth
 import maps_cobbles
+import maps_hard
 import maps_rock
 import maps_terrain
 import scenes
+import stability
 
 ASSETS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -26,12 +28,12 @@ def build(out, only):
     for folder in ("maps", "models"):
         os.makedirs(os.path.join(out, folder), exist_ok=True)
     if only != "scenes":
-        for module in (maps_bricks, maps_cobbles, maps_rock, maps_cloth, maps_terrain):
+        for module in (maps_bricks, maps_cobbles, maps_rock, maps_cloth, maps_terrain, maps_hard):
             for name, pixels in module.make().items():
                 image.write_png(os.path.join(out, "maps", name + ".png"), pixels)
                 print("maps/%s.png" % name, pixels.shape, pixels.dtype, flush=True)
     if only != "maps":
-        for scene in scenes.make():
+        for scene in scenes.make() + stability.make():
             scene.write(out)
             print(scene.name + ".gltf", len(scene.bytes), "bytes of mesh", flush=True)
 

@@ -9,6 +9,8 @@ import os
 
 import numpy as np
 
+import noise
+
 
 def grid_triangles(columns, rows):
     """Of (columns + 1) x (rows + 1) vertices, row by row; the first row is on top, seen from outside."""
@@ -123,6 +125,42 @@ def cloth(cells=32, width=3.0, height=2.0, repeat=(3, 2)):
             n.append((-dx / length, -dy / length, 1 / length))
             t.append((repeat[0] * i / cells, repeat[1] * j / cells))
     return p, n, t, grid_triangles(cells, cells)
+
+
+def arch(radius=0.8, angle=2.0, length=2.0, columns=240, repeat=(2.5, 3)):
+    """Slivers: a strip of a cylinder around Z, of `columns` quads as long as the whole; with these numbers each
+    triangle is 300 times as long as it is wide."""
+    p, n, t = [], [], []
+    for j in (0, 1):
+        for i in range(columns + 1):
+            a = angle * (0.5 - i / columns)
+            n.append((-math.sin(a), math.cos(a), 0.0))
+            p.append((-radius * math.sin(a), radius * math.cos(a), length * (j - 0.5)))
+            t.append((repeat[0] * i / columns, repeat[1] * j))
+    return p, n, t, grid_triangles(columns, 1)
+
+
+def patches(seed=1, tile=0.8):
+    """A ball of 32 triangles (an octahedron, split once) of which each lies elsewhere in the map, turned anyhow, every
+    other one mirrored: no edge agrees with its neighbour. The four of the first octant come last."""
+    p, t = [], []
+    axes = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    for x, y, z in axes:
+        corners = np.array([(x, 0, 0), (0, y, 0), (0, 0, z)], np.float64)
+        if x * y * z < 0:
+            corners = corners[[0, 2, 1]]
+        # Midpoints are sums of the same two numbers on both sides of an edge, so they are equal to the bit.
+        a, b, c = corners
+        ab, bc, ca = ((u + v) / np.linalg.norm(u + v) for u, v in ((a, b), (b, c), (c, a)))
+        for triangle in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)):
+            k = len(p) // 3
+            angle = 2 * math.pi * noise.hash01(seed, k, 0)
+            turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+            place = 3 * np.array([noise.hash01(seed, k, 1), noise.hash01(seed, k, 2)]) - 1.5
+            for u, v in ((0, 0), (0.5, -math.sqrt(0.75)), (1, 0)):
+                t.append(place + tile * turn @ ((v, u) if k % 2 else (u, v)))
+            p += [tuple(q) for q in triangle]
+    return p, p, t, [(i, i + 1, i + 2) for i in range(0, len(p), 3)]
 
 
 def suzanne():

@@ -1,0 +1,116 @@
+//! The renderer without the program around it: many frames on one device, each beside its reference.
+
+// Every test file is a program of its own and uses its own part of this.
+#![allow(dead_code)]
+
+pub mod worst;
+
+use std::path::Path;
+
+use prism_engine::{
+    aov::Aov,
+    gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, ShaderCompiler, ShaderStage, vk},
+    render::{self, Output, Renderer},
+    scene::{self, Camera, Scene},
+    settings::{Settings, Shell, Stage},
+};
+
+/// Both stages that can make a shell.
+pub const STAGES: [Stage; 2] = [Stage::Mesh, Stage::Geometry];
+
+/// A scene of the project's assets.
+pub fn asset(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name);
+    scene::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The finest that a shell can be drawn: the default march, and as many steps as a march that counts them needs.
+pub fn finest(shell: Shell, stage: Stage) -> Settings {
+    Settings { shell, stage, min_steps: 256, max_steps: 256, refine_steps: 16, ..Settings::default() }
+}
+
+/// A device that has both stages.
+pub struct Rig {
+    compiler: ShaderCompiler,
+    ctx: Context,
+}
+
+impl Rig {
+    /// The first device that serves.
+    pub fn new() -> Rig {
+        let required = [Feature::MeshShader, Feature::GeometryShader];
+        let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
+        let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
+        Rig { compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new)).expect("a compiler"), ctx }
+    }
+
+    /// Name and driver of the device.
+    pub fn device(&self) -> String {
+        format!("{}, {}", self.ctx.device_name(), self.ctx.driver().trim())
+    }
+
+    /// Puts a scene on the device, to be drawn with AOVs.
+    pub fn easel(&self, scene: &Scene, settings: &Settings, extent: [u32; 2]) -> Easel {
+        let format = vk::Format::R8G8B8A8_SRGB;
+        let output = Output { color_format: format, aov: true };
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+        let desc = ImageDesc { name: "picture", extent, format, usage, ..ImageDesc::default() };
+        Easel {
+            renderer: Renderer::new(&self.ctx, &self.compiler, scene, settings, output).expect("a renderer"),
+            frames: Frames::new(&self.ctx, 1).expect("a frame"),
+            target: Image::new(&self.ctx, &desc).expect("a target"),
+            ctx: self.ctx.clone(),
+        }
+    }
+}
+
+/// A scene on the device.
+pub struct Easel {
+    renderer: Renderer,
+    frames: Frames,
+    target: Image,
+    /// Last, so that it outlives what was made from it.
+    ctx: Context,
+}
+
+impl Easel {
+    /// One frame. A message of the validation layer is a failure.
+    pub fn draw(&mut self, camera: &Camera) -> Aov {
+        let mut frame = self.frames.begin().expect("the last frame has run");
+        let slot = frame.slot();
+        frame.cmd.image_barrier(&self.target, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
+        self.renderer.record(&mut frame.cmd, slot, camera, &self.target, None).expect("recorded");
+        self.frames.submit_and_wait(frame).expect("drawn");
+        self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
+        self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// Insists that every shell of the scene goes through `stage`, by the SPIR-V of the pipelines that are bound: a
+    /// fallback to the other stage would otherwise pass for it.
+    #[track_caller]
+    pub fn assert_stage(&self, stage: Stage) {
+        let expected: &[ShaderStage] = match stage {
+            Stage::Mesh => &[ShaderStage::Mesh, ShaderStage::Fragment],
+            _ => &[ShaderStage::Vertex, ShaderStage::Geometry, ShaderStage::Fragment],
+        };
+        let pipelines = self.renderer.pipelines();
+        let shells: Vec<_> = pipelines.iter().filter(|(name, _)| name.starts_with("shell")).collect();
+        assert!(!shells.is_empty(), "no pipeline draws a shell");
+        for (name, pipeline) in shells {
+            assert_eq!(pipeline.execution_models(), expected, "pipeline '{name}', stage {stage}");
+        }
+    }
+}
+
+/// Whether two frames are the same to the bit, which `==` on floats is not.
+pub fn same_bits(a: &Aov, b: &Aov) -> bool {
+    fn bits<const N: usize>(values: &[[f32; N]]) -> impl Iterator<Item = u32> {
+        values.iter().flatten().map(|v| v.to_bits())
+    }
+    let ones = |aov: &Aov| {
+        [&aov.depth, &aov.height_at_hit, &aov.shadow].into_iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>()
+    };
+    let threes =
+        |aov: &Aov| [&aov.position, &aov.normal, &aov.color].into_iter().flat_map(|v| bits(v)).collect::<Vec<_>>();
+    ones(a) == ones(b) && threes(a) == threes(b) && bits(&a.uv).eq(bits(&b.uv))
+}
