@@ -41,7 +41,11 @@ impl Rig {
         let required = [Feature::MeshShader, Feature::GeometryShader];
         let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
         let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
-        Rig { compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new)).expect("a compiler"), ctx }
+        Rig {
+            compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new))
+                .expect("a compiler"),
+            ctx,
+        }
     }
 
     /// Name and driver of the device.
