@@ -118,9 +118,10 @@ float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings setti
     return kind == WALL_PLAIN ? 0.0 : otherwise;
 }
 
-// A ray nearly within its level: t has too few bits left to tell its points apart, so the path becomes the chord.
+// A ray nearly within its level: t has too few bits left to tell its points apart, so the path becomes the chord. In a
+// level the path is straight, so the chord's error is of the order of the span.
 bool follows_chord(Prism prism, PathEnd entry, PathEnd leave) {
-    return abs(leave.t - entry.t) < 4e-6 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
+    return abs(leave.t - entry.t) < 2e-5 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
 }
 
 const float NO_HIT = 2.0;
@@ -137,8 +138,8 @@ Curve path_curve(MarchSettings settings, UvPath path, PathEnd entry, PathEnd lea
     curve.t = vec2(entry.t, leave.t);
     vec2 from = entry.uv * settings.map_size - 0.5;
     curve.origin = ivec2(floor(from));
+    vec2 a = from - vec2(curve.origin), b = leave.uv * settings.map_size - 0.5 - vec2(curve.origin);
     if (chord) {
-        vec2 a = from - vec2(curve.origin), b = leave.uv * settings.map_size - 0.5 - vec2(curve.origin);
         curve.x = vec3(a.x, 0.5 * (a.x + b.x), b.x);
         curve.y = vec3(a.y, 0.5 * (a.y + b.y), b.y);
         curve.w = vec3(1.0);
@@ -150,6 +151,9 @@ Curve path_curve(MarchSettings settings, UvPath path, PathEnd entry, PathEnd lea
     vec2 corner = path.origin * settings.map_size - 0.5 - vec2(curve.origin);
     curve.x = unit * settings.map_size.x * over(path.u, entry.t, leave.t) + corner.x * curve.w;
     curve.y = unit * settings.map_size.y * over(path.v, entry.t, leave.t) + corner.y * curve.w;
+    // The ends are known better from the walls, also where the denominator nearly vanishes.
+    curve.x.xz = vec2(a.x, b.x) * curve.w.xz;
+    curve.y.xz = vec2(a.y, b.y) * curve.w.xz;
     return curve;
 }
 
@@ -251,22 +255,23 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
 // away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
 ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settings, vec3 depth, vec3 slope, float near,
                      float handedness) {
-    vec3 s[3];
+    vec3 canonical[3], s[3];
     for (int k = 0; k < 3; ++k) {
-        s[k] = wall_quadratic(projected, k);
+        canonical[k] = wall_quadratic(projected, k);
+        s[k] = canonical[k] * wall_sign(projected, k);
     }
-    Crossings crossings = prism_crossings(s, prism.t0, prism.t1);
-    for (int k = 0; k < 3; ++k) {
-        s[k] *= wall_sign(projected, k);
-    }
+    Crossings crossings = prism_crossings(canonical, prism.t0, prism.t1);
     UvPath path = uv_path(prism, s);
     ShellHit best = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
     int limits = 0;
     for (int i = 0; i + 1 < crossings.count; ++i) {
         float ta = crossings.t[i], tb = crossings.t[i + 1];
         float middle = 0.5 * (ta + tb);
-        vec3 sides = vec3(quadratic(s[0], middle), quadratic(s[1], middle), quadratic(s[2], middle));
-        bool front = all(greaterThanEqual(sides, vec3(0.0))), back = all(lessThanEqual(sides, vec3(0.0)));
+        vec3 sides;
+        for (int k = 0; k < 3; ++k) {
+            sides[k] = wall_side(projected, k, canonical[k], middle);
+        }
+        bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
         if (!front && !back) {
             continue;
         }
