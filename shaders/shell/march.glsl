@@ -258,7 +258,8 @@ ShellHit plain_trace(ProjectedPrism projected, vec3 canonical[3], vec3 s[3], Mar
                      float near, float handedness) {
     vec3 sides, weights;
     for (int k = 0; k < 3; ++k) {
-        sides[k] = wall_side(projected, k, canonical[k], 0.0);
+        float side = canonical[k].x != 0.0 ? canonical[k].x : side_on_wall(projected, k, 0.0);
+        sides[k] = projected.descending[k] ? -side : side;
         weights[k] = s[k].x;
     }
     bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
@@ -285,17 +286,17 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
     if (prism.plain) {
         return plain_trace(projected, canonical, s, settings, depth, near, handedness);
     }
-    Crossings crossings = prism_crossings(canonical, prism.t0, prism.t1);
+    vec3 sides;
+    Crossings crossings = prism_crossings(projected, canonical, prism.t0, prism.t1, sides);
     UvPath path = uv_path(prism, s);
     ShellHit best = NOTHING;
     int limits = 0;
-    for (int i = 0; i + 1 < crossings.count; ++i) {
-        float ta = crossings.t[i], tb = crossings.t[i + 1];
-        float middle = 0.5 * (ta + tb);
-        vec3 sides;
-        for (int k = 0; k < 3; ++k) {
-            sides[k] = wall_side(projected, k, canonical[k], middle);
+    for (int i = crossings.count - 2; i >= 0; --i) {
+        int above = crossings.wall[i + 1];
+        if (above != AT_LEVEL) {
+            sides[above] = -sides[above];
         }
+        float ta = crossings.t[i], tb = crossings.t[i + 1];
         bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
         if (!front && !back) {
             continue;

@@ -51,17 +51,12 @@ vec3 wall_quadratic(ProjectedPrism prism, int k) {
     return value;
 }
 
-// Which side of wall k the ray is on at level t, as the prism's own sign: never 0. On the wall itself the direction of
-// the canonical edge decides (the top-left rule), as if the ray stood a little aside, the same for all walls: of the two
-// prisms at a wall, and of those around a corner, exactly one has the ray. `s` is the canonical quadratic.
-float wall_side(ProjectedPrism prism, int k, vec3 s, float t) {
-    float side = quadratic(s, t);
-    if (side == 0.0) {
-        ivec2 c = wall_corners(prism, k);
-        vec2 edge = (prism.p[c.y] + t * prism.q[c.y]) - (prism.p[c.x] + t * prism.q[c.x]);
-        side = edge.y > 0.0 || (edge.y == 0.0 && edge.x < 0.0) ? 1.0 : -1.0;
-    }
-    return prism.descending[k] ? -side : side;
+// The top-left rule: the side of a ray that lies on wall k's line at level t, as if it stood a little aside, the same for
+// all walls. Of the two prisms at a wall, and of those around a corner, exactly one has the ray. Canonical order.
+float side_on_wall(ProjectedPrism prism, int k, float t) {
+    ivec2 c = wall_corners(prism, k);
+    vec2 edge = (prism.p[c.y] + t * prism.q[c.y]) - (prism.p[c.x] + t * prism.q[c.x]);
+    return edge.y > 0.0 || (edge.y == 0.0 && edge.x < 0.0) ? 1.0 : -1.0;
 }
 
 float wall_sign(ProjectedPrism prism, int k) {
@@ -108,29 +103,61 @@ void add_crossing(inout Crossings crossings, float t, int wall) {
     crossings.wall[at] = wall;
 }
 
-// All levels within [t0, t1] at which the line meets the border of the prism, ascending, both ends included. Between
-// two neighbours the line is inside iff the three s_k share a sign there.
-Crossings prism_crossings(vec3 s[3], float t0, float t1) {
+// p + t q to the last bit, also where the two nearly cancel (TwoProduct and TwoSum: Dekker 1971, Knuth 1969).
+vec2 corner_at(vec2 p, vec2 q, float t) {
+    precise float split_t = 4097.0 * t;
+    precise float t_high = split_t - (split_t - t);
+    precise float t_low = t - t_high;
+    precise vec2 split_q = 4097.0 * q;
+    precise vec2 q_high = split_q - (split_q - q);
+    precise vec2 q_low = q - q_high;
+    precise vec2 product = t * q;
+    precise vec2 product_rest = ((t_high * q_high - product) + t_high * q_low + t_low * q_high) + t_low * q_low;
+    precise vec2 sum = p + product;
+    precise vec2 part = sum - p;
+    precise vec2 sum_rest = (p - (sum - part)) + (product - part);
+    precise vec2 value = sum + (sum_rest + product_rest);
+    return value;
+}
+
+// One Newton step from a root of wall k's quadratic, with a residual from exact corners. Around a vertex a ray crosses
+// several walls within a few ulp; with the rounding of their coefficients alone the order of the crossings is random.
+float refined_crossing(ProjectedPrism prism, int k, vec3 s, float t) {
+    ivec2 c = wall_corners(prism, k);
+    precise float slope = s.y + 2.0 * t * s.z;
+    precise float residual = cross2(corner_at(prism.p[c.x], prism.q[c.x], t), corner_at(prism.p[c.y], prism.q[c.y], t));
+    precise float change = -residual / slope;
+    precise float refined = t + change;
+    // Elsewhere (a double root, or none of a wall in sight) the residual says nothing.
+    return abs(change) <= 1e-3 * abs(t) ? refined : t;
+}
+
+// All levels within [t0, t1] at which the line meets the border of the prism, ascending, both ends included. `top`: the
+// side of each wall just below t1, as the prism's own sign, never 0; it turns at each crossing of that wall on the way
+// down, so the sides cannot contradict the crossings. The line is inside where all three are alike.
+Crossings prism_crossings(ProjectedPrism prism, vec3 s[3], float t0, float t1, out vec3 top) {
     Crossings crossings;
     crossings.count = 0;
     add_crossing(crossings, t0, AT_LEVEL);
     add_crossing(crossings, t1, AT_LEVEL);
     for (int k = 0; k < 3; ++k) {
         float a = s[k].x, b = s[k].y, c = s[k].z;
+        // The side above all roots.
+        float side = c != 0.0 ? sign(c) : b != 0.0 ? sign(b) : a != 0.0 ? sign(a) : side_on_wall(prism, k, t0);
         precise float discriminant = b * b - 4.0 * a * c;
-        if (discriminant < 0.0) {
-            continue;
+        // The larger root first: no cancellation, and a vanishing c only sends it to infinity. h is 0 only where the
+        // two roots are one, which turns nothing.
+        precise float h = discriminant < 0.0 ? 0.0 : -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+        for (int root = c == 0.0 ? 1 : 0; root < 2 && h != 0.0; ++root) {
+            precise float t = root == 0 ? h / c : a / h;
+            t = refined_crossing(prism, k, s[k], t);
+            if (t >= t1) {
+                side = -side;
+            } else if (t > t0) {
+                add_crossing(crossings, t, k);
+            }
         }
-        // The larger root first: no cancellation, and a vanishing c only sends it to infinity (out of range).
-        precise float h = -0.5 * (b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
-        precise float r0 = h / c;
-        precise float r1 = a / h;
-        if (c != 0.0 && r0 > t0 && r0 < t1) {
-            add_crossing(crossings, r0, k);
-        }
-        if (h != 0.0 && r1 > t0 && r1 < t1) {
-            add_crossing(crossings, r1, k);
-        }
+        top[k] = prism.descending[k] ? -side : side;
     }
     return crossings;
 }
