@@ -102,7 +102,8 @@ impl Sheet {
         }
         let world = (back.matrix3.transpose() * normal).normalize();
         let normal = if world.dot(ray.direction) < 0.0 { world } else { -world };
-        Some(Expected { depth, normal, uv: self.uv_at(p), height: self.height[0] + self.height[1] * p.z })
+        let height = self.height[0] + self.height[1] * p.z;
+        Some(Expected { depth, normal, uv: self.uv_at(p), height, plain: self.height[1] == 0.0 })
     }
 }
 
@@ -110,7 +111,7 @@ impl Sheet {
 fn wall(ray: &Ray, point: DVec3, normal: DVec3, holds: impl Fn(DVec3) -> Option<(DVec2, f64)>) -> Option<Expected> {
     let depth = ray.plane(point, normal);
     let (uv, height) = holds(ray.at(depth)).filter(|_| depth > 0.0 && normal.dot(ray.direction) < 0.0)?;
-    Some(Expected { depth, normal, uv, height })
+    Some(Expected { depth, normal, uv, height, plain: false })
 }
 
 /// The same wall from both sides.
@@ -304,6 +305,7 @@ fn above(map: &Map, wrap: [Wrap; 2], uv: [DVec2; 2], place: impl Fn(DVec2) -> DV
         normal: DVec3::new(-slope.x, -slope.y, 1.0).normalize(),
         uv: whole(DVec2::new(x, y)),
         height,
+        plain: false,
     })
 }
 

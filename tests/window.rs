@@ -208,10 +208,10 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     title("shell prism", &mut process);
     user.press('h'.into());
     title("shell off", &mut process);
-    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--shell off --march relief"));
+    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--shell off --march exact"));
     user.press('h'.into());
     title("shell prism", &mut process);
-    title("march relief", &mut process);
+    title("march exact", &mut process);
     user.press('m'.into());
     title("march pom", &mut process);
     title("stage auto", &mut process);

@@ -255,22 +255,23 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
 // away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
 ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settings, vec3 depth, vec3 slope, float near,
                      float handedness) {
-    vec3 s[3];
+    vec3 canonical[3], s[3];
     for (int k = 0; k < 3; ++k) {
-        s[k] = wall_quadratic(projected, k);
+        canonical[k] = wall_quadratic(projected, k);
+        s[k] = canonical[k] * wall_sign(projected, k);
     }
-    Crossings crossings = prism_crossings(s, prism.t0, prism.t1);
-    for (int k = 0; k < 3; ++k) {
-        s[k] *= wall_sign(projected, k);
-    }
+    Crossings crossings = prism_crossings(canonical, prism.t0, prism.t1);
     UvPath path = uv_path(prism, s);
     ShellHit best = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
     int limits = 0;
     for (int i = 0; i + 1 < crossings.count; ++i) {
         float ta = crossings.t[i], tb = crossings.t[i + 1];
         float middle = 0.5 * (ta + tb);
-        vec3 sides = vec3(quadratic(s[0], middle), quadratic(s[1], middle), quadratic(s[2], middle));
-        bool front = all(greaterThanEqual(sides, vec3(0.0))), back = all(lessThanEqual(sides, vec3(0.0)));
+        vec3 sides;
+        for (int k = 0; k < 3; ++k) {
+            sides[k] = wall_side(projected, k, canonical[k], middle);
+        }
+        bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
         if (!front && !back) {
             continue;
         }

@@ -51,6 +51,19 @@ vec3 wall_quadratic(ProjectedPrism prism, int k) {
     return value;
 }
 
+// Which side of wall k the ray is on at level t, as the prism's own sign: never 0. On the wall itself the direction of
+// the canonical edge decides (the top-left rule), as if the ray stood a little aside, the same for all walls: of the two
+// prisms at a wall, and of those around a corner, exactly one has the ray. `s` is the canonical quadratic.
+float wall_side(ProjectedPrism prism, int k, vec3 s, float t) {
+    float side = quadratic(s, t);
+    if (side == 0.0) {
+        ivec2 c = wall_corners(prism, k);
+        vec2 edge = (prism.p[c.y] + t * prism.q[c.y]) - (prism.p[c.x] + t * prism.q[c.x]);
+        side = edge.y > 0.0 || (edge.y == 0.0 && edge.x < 0.0) ? 1.0 : -1.0;
+    }
+    return prism.descending[k] ? -side : side;
+}
+
 float wall_sign(ProjectedPrism prism, int k) {
     return prism.descending[k] ? -1.0 : 1.0;
 }

@@ -24,9 +24,9 @@ pub fn asset(name: &str) -> Scene {
     scene::load(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The finest that a shell can be drawn: the default march, and as many steps as a march that counts them needs.
-pub fn finest(shell: Shell, stage: Stage) -> Settings {
-    Settings { shell, stage, min_steps: 256, max_steps: 256, refine_steps: 16, ..Settings::default() }
+/// A shell by the default march, which is exact; loops that give up are counted.
+pub fn exact(shell: Shell, stage: Stage) -> Settings {
+    Settings { shell, stage, count_limits: true, ..Settings::default() }
 }
 
 /// A device that has both stages.
@@ -36,12 +36,16 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// The first device that serves.
+    /// The first device that serves. `PRISM_SHADERS` names a folder to read the shaders from, to look into a bug.
     pub fn new() -> Rig {
-        let required = [Feature::MeshShader, Feature::GeometryShader];
+        let required = [Feature::MeshShader, Feature::GeometryShader, Feature::FragmentStoresAndAtomics];
         let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
         let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
-        Rig { compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new)).expect("a compiler"), ctx }
+        Rig {
+            compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new))
+                .expect("a compiler"),
+            ctx,
+        }
     }
 
     /// Name and driver of the device.
@@ -58,6 +62,7 @@ impl Rig {
         Easel {
             renderer: Renderer::new(&self.ctx, &self.compiler, scene, settings, output).expect("a renderer"),
             frames: Frames::new(&self.ctx, 1).expect("a frame"),
+            slot: 0,
             target: Image::new(&self.ctx, &desc).expect("a target"),
             ctx: self.ctx.clone(),
         }
@@ -68,6 +73,8 @@ impl Rig {
 pub struct Easel {
     renderer: Renderer,
     frames: Frames,
+    /// Of the last frame.
+    slot: usize,
     target: Image,
     /// Last, so that it outlives what was made from it.
     ctx: Context,
@@ -77,12 +84,17 @@ impl Easel {
     /// One frame. A message of the validation layer is a failure.
     pub fn draw(&mut self, camera: &Camera) -> Aov {
         let mut frame = self.frames.begin().expect("the last frame has run");
-        let slot = frame.slot();
+        self.slot = frame.slot();
         frame.cmd.image_barrier(&self.target, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
-        self.renderer.record(&mut frame.cmd, slot, camera, &self.target, None).expect("recorded");
+        self.renderer.record(&mut frame.cmd, self.slot, camera, &self.target, None).expect("recorded");
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
         self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// Loops of the last frame that gave up.
+    pub fn limits_reached(&self) -> u32 {
+        self.renderer.limits_reached(self.slot).expect("a counter").expect("the settings ask for it")
     }
 
     /// Insists that every shell of the scene goes through `stage`, by the SPIR-V of the pipelines that are bound: a

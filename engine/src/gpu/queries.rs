@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Feature, device::Context, encoder::CommandEncoder, retire::Retired};
+use super::{Feature, access::Access, device::Context, encoder::CommandEncoder, retire::Retired};
 use crate::error::{Error, Result};
 
 /// One pass of one frame, measured.
@@ -126,6 +126,7 @@ impl PassTimers {
                 device.cmd_begin_query(cmd.raw(), pool, query, vk::QueryControlFlags::empty());
             }
         }
+        self.settle(cmd);
     }
 
     /// Ends the pass that was begun last, outside of rendering.
@@ -141,6 +142,20 @@ impl PassTimers {
             if let Some(pool) = self.timestamps {
                 device.cmd_write_timestamp2(cmd.raw(), vk::PipelineStageFlags2::ALL_COMMANDS, pool, 2 * query + 1);
             }
+        }
+        self.settle(cmd);
+    }
+
+    /// On a CPU device, lets the timestamp just written be taken before anything later begins.
+    ///
+    /// llvmpipe writes a timestamp as a command of each tile of the scene that it is collecting, and draws recorded
+    /// after it join that scene: what is read is then the time at which the last tile began. A barrier ends the scene.
+    fn settle(&self, cmd: &mut CommandEncoder) {
+        if self.ctx.is_cpu() {
+            let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+            let access = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+            let any = Access::new(all, access, vk::ImageLayout::UNDEFINED);
+            cmd.memory_barrier(any, any);
         }
     }
 
