@@ -16,14 +16,12 @@ use rig::{Rig, STAGES};
 const VIEWS: u64 = 200;
 const SIZE: [u32; 2] = [64, 64];
 
-/// Holes there are for now: mesh, at most how many, why. They are shown as missed.
-const KNOWN: &[(&str, usize, &str)] = &[
-    ("cube", 4, "the step limit is reached where a short path stays on the border of two cells of the map"),
-    ("suzanne", 4, PLAIN),
-    ("stability_seams", 8, PLAIN),
-];
-const PLAIN: &str =
-    "plain triangles are rasterised, on a grid of 1/256 pixel, and do not meet the traced prisms exactly";
+/// Why there are holes for now; such ones are shown as missed, any other fails. In a frame of 64² in which a loop gave up:
+const LIMIT: &str = "the step limit is reached where a short path stays on the border of two cells of the map";
+/// Where the reference hits a plain triangle:
+const PLAIN: &str = "plain triangles are rasterised on a grid of 1/256 pixel and do not meet the traced prisms exactly";
+/// Holes of both kinds together, per pixel.
+const KNOWN: f64 = 3e-5;
 
 /// The scene with every height map flat.
 fn flat(name: &str) -> Scene {
@@ -69,21 +67,32 @@ fn view(random: &mut Random, scene: &Scene) -> Camera {
     Camera::look_at(eye, target, 15.0 + 45.0 * random.next()).expect("two points")
 }
 
-/// Pixels whose whole neighbourhood the reference covers, but where the test shows the background, or something behind all
-/// that the reference shows there: how many pixels there are to judge, and what is wrong with each hole.
-fn holes(test: &Aov, reference: &Aov, camera: &Camera) -> (usize, Vec<String>) {
+/// A pixel whose whole neighbourhood the reference covers, but where the test shows the background, or something behind all
+/// that the reference shows there.
+struct Hole {
+    what: String,
+    /// If it is one of those that are known.
+    why: Option<&'static str>,
+}
+
+/// The number of pixels that there are to judge, and the holes. `limits`: loops that gave up.
+fn holes(test: &Aov, reference: &Aov, camera: &Camera, limits: u32) -> (usize, Vec<Hole>) {
     let [width, height] = SIZE.map(|n| n as usize);
     let (mut inside, mut holes) = (0, Vec::new());
     for (x, y) in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
         let around = || (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| reference.depth[y * width + x]));
         let farthest = around().fold(0.0, f32::max);
-        if farthest.is_finite() {
-            inside += 1;
-            let room = measure::footprint(camera, SIZE[1], farthest.into()) as f32;
-            let depth = test.depth[y * width + x];
-            if depth > farthest + room {
-                holes.push(format!("pixel {x},{y}: depth {depth}, expected {}", reference.depth[y * width + x]));
-            }
+        if !farthest.is_finite() {
+            continue;
+        }
+        inside += 1;
+        let i = y * width + x;
+        if test.depth[i] > farthest + measure::footprint(camera, SIZE[1], farthest.into()) as f32 {
+            // The displaced surface is nowhere on the midlevel.
+            let plain = reference.height_at_hit[i] == 0.5;
+            let why = if limits > 0 { Some(LIMIT) } else { plain.then_some(PLAIN) };
+            let what = format!("pixel {x},{y}: depth {}, expected {}", test.depth[i], reference.depth[i]);
+            holes.push(Hole { what, why });
         }
     }
     (inside, holes)
@@ -95,25 +104,29 @@ fn without_cracks(name: &str, seed: u64) {
     let reference = Reference::new(&scene);
     let mut easels = STAGES.map(|stage| (stage, rig.easel(&scene, &rig::exact(Shell::Prism, stage), SIZE)));
     let mut random = Random(seed);
-    let (mut pixels, mut wrong) = (0, Vec::new());
+    let (mut pixels, mut known, mut wrong) = (0, 0, Vec::new());
     for number in 0..VIEWS {
         let camera = view(&mut random, &scene);
         let truth = reference.render(&camera, SIZE[0], SIZE[1], Shadows::Skip);
         for (stage, easel) in &mut easels {
             easel.assert_stage(*stage);
-            let (inside, holes) = holes(&easel.draw(&camera), &truth, &camera);
+            let test = easel.draw(&camera);
+            let (inside, holes) = holes(&test, &truth, &camera, easel.limits_reached());
             pixels += inside;
-            wrong.extend(holes.into_iter().map(|hole| format!("view {number}, {stage}: {hole}")));
+            for Hole { what, why } in holes {
+                let line = format!("{name}, view {number}, {stage}: {what}");
+                if let Some(why) = why {
+                    known += 1;
+                    println!("MISSED {line}: {why}");
+                } else {
+                    wrong.push(line);
+                }
+            }
         }
     }
-    println!("{name}: {} holes in {pixels} pixels of {VIEWS} views and both stages", wrong.len());
-    let shown = wrong.iter().take(10).cloned().collect::<Vec<_>>().join("\n");
-    let known = KNOWN.iter().find(|(mesh, ..)| *mesh == name).filter(|_| !wrong.is_empty());
-    if let Some((_, _, why)) = known {
-        println!("MISSED {name}: {why}\n{shown}");
-    }
-    let allowed = known.map_or(0, |(_, most, _)| *most);
-    assert!(wrong.len() <= allowed, "{name}: {} holes in {pixels} pixels:\n{shown}", wrong.len());
+    println!("{name}: {} holes in {pixels} pixels of {VIEWS} views and both stages", known + wrong.len());
+    assert!(wrong.is_empty(), "{} holes:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(known as f64 <= KNOWN * pixels as f64, "{name}: {known} known holes in {pixels} pixels");
     // A fifth of the pictures at least, or the views look past the mesh.
     assert!(pixels as u64 * 5 > VIEWS * 2 * u64::from(SIZE[0] * SIZE[1]), "only {pixels} pixels");
 }

@@ -57,6 +57,7 @@ void main() {
     }
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;
+    prism.plain = bitfieldExtract(data.corners.w, 12, 1) != 0u;
     MarchSettings settings;
     settings.scale = material.displacement.x;
     settings.midlevel = material.displacement.y;
@@ -87,7 +88,7 @@ void main() {
     vec3 eye = object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
-    vec2 gradient = settings.scale * height_gradient(height_uv, 0.0);
+    vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
     float f1 = dot(gradient, uv1), f2 = dot(gradient, uv2);
     vec3 geometric = level_normal + f1 * cross(along, e2) + f2 * cross(e1, along);
     vec3 authored = hit.lambda.x * v[0].normal.xyz + hit.lambda.y * v[1].normal.xyz + hit.lambda.z * v[2].normal.xyz;

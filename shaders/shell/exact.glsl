@@ -165,7 +165,7 @@ float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b)
 // The first p at which the curve hits the field, or 2. `field.side` says where it starts and, on return, where it ends.
 // `limit` bounds the steps; 0 on return says that it was reached.
 float exact_hit(Curve curve, inout Field field, inout int limit) {
-    float p = 0.0, step = 1.0;
+    float p = 0.0, step = 1.0, inch = LEAST_STEP;
     while (p < 1.0 && limit > 0) {
         --limit;
         float q = min(p + step, 1.0);
@@ -205,8 +205,12 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
                           min(outward_crossing(orientation * down, p), outward_crossing(orientation * up, p)));
         leave = min(leave, 1.0);
         if (leave - p < LEAST_STEP) {
-            p = min(p + LEAST_STEP, 1.0);
-            continue;
+            // Within rounding of a border the cell may be the old one still. Its patch serves there too; further on it
+            // takes more than an inch to see the new one.
+            leave = min(p + inch, 1.0);
+            inch *= 2.0;
+        } else {
+            inch = LEAST_STEP;
         }
         vec4 h = height_cell(curve.origin + cell, 0);
         float from = p;

@@ -19,6 +19,7 @@ struct Prism {
     vec4 neighbour_uv[3];   // of wall k's canonical corners (first, second), on the other side of the wall
     uint wall[3];           // WALL_*
     float t0, t1;           // range of levels
+    bool plain;             // not displaced: the triangle itself, traced so that it meets its neighbours without a crack
 };
 
 // How a height in [0, 1] becomes a level, and how hard to look.
@@ -250,6 +251,27 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
     return along;
 }
 
+const ShellHit NOTHING = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
+
+// The hit on a plain triangle: level 0 of a prism without height, by the same walls as its neighbours'.
+ShellHit plain_trace(ProjectedPrism projected, vec3 canonical[3], vec3 s[3], MarchSettings settings, vec3 depth,
+                     float near, float handedness) {
+    vec3 sides, weights;
+    for (int k = 0; k < 3; ++k) {
+        sides[k] = wall_side(projected, k, canonical[k], 0.0);
+        weights[k] = s[k].x;
+    }
+    bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
+    bool climbs = front == (handedness > 0.0);
+    if ((!front && !back) || (climbs && !settings.two_sided)) {
+        return NOTHING;
+    }
+    float sum = weights.x + weights.y + weights.z;
+    vec3 lambda = weights / sum;
+    float hit_depth = dot(lambda, depth);
+    return sum == 0.0 || hit_depth < near ? NOTHING : ShellHit(true, hit_depth, 0.0, lambda, -1, 0);
+}
+
 // The first hit of the pixel's ray in a prism, beyond the near plane.
 // handedness: sign of det of the linear x, y, w rows (x, y, view depth when orthographic) of mesh to clip: t climbs
 // away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
@@ -260,9 +282,12 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         canonical[k] = wall_quadratic(projected, k);
         s[k] = canonical[k] * wall_sign(projected, k);
     }
+    if (prism.plain) {
+        return plain_trace(projected, canonical, s, settings, depth, near, handedness);
+    }
     Crossings crossings = prism_crossings(canonical, prism.t0, prism.t1);
     UvPath path = uv_path(prism, s);
-    ShellHit best = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
+    ShellHit best = NOTHING;
     int limits = 0;
     for (int i = 0; i + 1 < crossings.count; ++i) {
         float ta = crossings.t[i], tb = crossings.t[i + 1];

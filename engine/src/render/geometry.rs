@@ -5,7 +5,7 @@ use glam::{DAffine2, DVec3, UVec4, Vec2, Vec3, Vec4};
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
 use super::plan::{PlannedPrimitive, source};
 use crate::scene::{Material, Primitive, Scene, TextureRef};
-use crate::settings::{Settings, Shell};
+use crate::settings::Settings;
 use crate::shell::prisms::{self, Prism};
 
 /// Height of a surface that no map displaces (DESIGN section 3, `height.H`).
@@ -52,8 +52,8 @@ impl PrimitiveData {
                 }
             })
             .collect();
-        let is_shell = settings.resolved_shell() != Shell::Off && displacement.is_some();
-        let indices = if is_shell { planned.shell.plain.clone() } else { primitive.triangles.clone() };
+        let traced = planned.shell.is_displaced();
+        let indices = if traced { Vec::new() } else { primitive.triangles.clone() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
             let [low, high] = prisms::map_range(scene, primitive, d);
@@ -66,7 +66,7 @@ impl PrimitiveData {
             center,
             vertices,
             indices,
-            prisms: planned.shell.prisms.iter().map(gpu_prism).collect(),
+            prisms: planned.shell.prisms.iter().filter(|_| traced).map(gpu_prism).collect(),
             material: data,
         }
     }
@@ -94,6 +94,7 @@ fn gpu_prism(prism: &Prism) -> PrismData {
         packed |= (prism.walls[k] as u32) << (3 * k);
         packed |= u32::from(prism.descending[k]) << (9 + k);
     }
+    packed |= u32::from(prism.plain) << 12;
     let [a, b, c] = prism.corners;
     let [low, high] = prism.range;
     PrismData {

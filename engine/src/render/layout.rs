@@ -133,7 +133,7 @@ shared! {
     }
     /// One prism.
     PrismData {
-        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order.
+        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain.
         corners: UVec4,
         /// Lowest and highest level.
         range: Vec4,

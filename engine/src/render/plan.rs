@@ -115,7 +115,7 @@ fn plan_draws(
     let primitive = &scene.meshes[instance.mesh].primitives[geometry.primitive];
     let material = &scene.materials[primitive.material];
     let displacement = prisms::displacement(scene, primitive);
-    let shell = settings.resolved_shell() != Shell::Off && displacement.is_some();
+    let shell = displacement.filter(|_| geometry.shell.is_displaced());
     let plain = Variant {
         geometry: Geometry::Surface,
         textures: textures(material),
@@ -127,29 +127,21 @@ fn plan_draws(
         aov,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
     };
+    let prisms = geometry.shell.prisms.len() as u32;
     let mut push = |variant: Variant, range: Range<u32>| {
         if !range.is_empty() {
             plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
         }
     };
-    if shell {
-        let prisms = geometry.shell.prisms.len() as u32;
-        let triangles = geometry.shell.plain.len() as u32;
-        let height = height(&displacement.expect("a shell has one"), settings, true);
-        push(plain, 0..triangles);
-        push(
-            Variant {
-                geometry: Geometry::Shell(stage),
-                height: Some(height),
-                mirrored: false,
-                double_sided: false,
-                ..plain
-            },
-            0..prisms,
-        );
+    if let Some(displacement) = shell {
+        let height = Some(height(&displacement, settings, true));
+        let geometry = Geometry::Shell(stage);
+        let variant = Variant { geometry, height, mirrored: false, double_sided: false, ..plain };
+        push(variant, 0..prisms);
     } else {
+        let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement
-            .filter(|_| settings.march != March::None)
+            .filter(|_| parallax)
             .map(|d| height(&d, settings, false))
             .map(|h| Height { self_shadow: h.self_shadow && plain.lights, ..h });
         push(Variant { height, ..plain }, 0..primitive.triangles.len() as u32);

@@ -36,20 +36,28 @@ pub struct Prism {
     pub neighbour_uv: [[Vec2; 2]; 3],
     /// Lowest and highest level that the surface or a wall can have in it, mesh units.
     pub range: [f64; 2],
+    /// Not displaced: all its r are 0. It is traced all the same, so that it meets its neighbours without a crack; the
+    /// rasteriser, which moves vertices to its own grid, would leave one.
+    pub plain: bool,
 }
 
-/// A primitive split into what needs a shell and what does not.
+/// A displaced primitive's triangles as prisms.
 #[derive(Clone, Debug, Default)]
 pub struct ShellGeometry {
-    /// Displaced triangles.
+    /// One per triangle, in the primitive's order.
     pub prisms: Vec<Prism>,
-    /// Triangles that stay plain, as vertex indices.
-    pub plain: Vec<[u32; 3]>,
     /// Height map coordinates per vertex: the texture transform applied, moved by an even integer where the wrap mode
     /// does not notice, so that f32 keeps their fraction.
     pub height_uv: Vec<Vec2>,
     /// Least and greatest `height_uv`.
     pub uv_bounds: [Vec2; 2],
+}
+
+impl ShellGeometry {
+    /// Whether any of its triangles is displaced; else the primitive is a plain surface.
+    pub fn is_displaced(&self) -> bool {
+        self.prisms.iter().any(|prism| !prism.plain)
+    }
 }
 
 /// Whether a primitive's material displaces it at all.
@@ -139,21 +147,22 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             }
             let whole = map_range(scene, primitive, &d);
             for (t, &triangle) in primitive.triangles.iter().enumerate() {
-                if !displaced(primitive, triangle) {
-                    geometry.plain.push(triangle);
-                    continue;
-                }
+                let plain = !displaced(primitive, triangle);
                 let mut prism = Prism {
                     corners: triangle,
                     walls: [Wall::Open; 3],
                     descending: [false; 3],
                     neighbour_uv: [[Vec2::ZERO; 2]; 3],
-                    range: ranges[p][t],
+                    range: if plain { [0.0, 0.0] } else { ranges[p][t] },
+                    plain,
                 };
                 for k in 0..3 {
                     let (i, j) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
                     let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
                     prism.descending[k] = wi > wj;
+                    if plain {
+                        continue;
+                    }
                     let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
                         if d.border_wall {
                             prism.walls[k] = Wall::Closed;
