@@ -124,7 +124,7 @@ fn a_base_surface_misses_and_says_so() {
     let flags = "--headless --size 128x72 --shell off --scene stability_needles --out off.png";
     let outcome = draw("run", "stability").words(flags).within(folder.path()).succeeds();
     let figures = parse(outcome.stdout.trim_end());
-    assert!(figures.verdict == "missed" && figures.values[2] > 0.1, "{outcome}");
+    assert!(figures.verdict == "missed" && figures.values[2] > 100.0 * LIMITS[2], "{outcome}");
     let heat = panel(&Picture::read(&folder.path().join("off.png")), 1, 1);
     assert!(heat.contains(&[0, 255, 0]), "needles that a base surface cannot have are holes");
 }
