@@ -2,8 +2,9 @@
 
 mod app;
 mod prism_shell;
+mod stability;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
-    app::main(&[&prism_shell::PrismShell, &viewer::Viewer])
+    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability])
 }

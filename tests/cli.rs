@@ -226,8 +226,9 @@ fn list_names_the_samples_on_stdout() {
     let list = prism("list").succeeds();
     assert_eq!(list.stderr, "");
     let lines: Vec<&str> = list.stdout.lines().collect();
-    assert_eq!(lines.len(), 2, "{list}");
-    for (line, sample) in lines.iter().zip(["prism_shell", "viewer"]) {
+    let samples = ["prism_shell", "viewer", "stability"];
+    assert_eq!(lines.len(), samples.len(), "{list}");
+    for (line, sample) in lines.iter().zip(samples) {
         let (name, summary) = line.split_once(' ').expect("a summary");
         assert!(name == sample && summary.trim().len() > 20, "{line}");
     }

@@ -226,6 +226,37 @@ fn a_sample_is_shown_resized_switched_and_closed() {
 }
 
 #[test]
+fn a_walk_shows_each_scene_beside_its_reference() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let mut process = open("stability", "--scene stability_inside");
+    let window = user.window_of(&mut process);
+    let title = |part: &str, process: &mut Running| {
+        wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
+    };
+    let expected = |scene: &str, flags: &str| headless("stability", [320, 240], &format!("--scene {scene} {flags}"));
+    shows(&user, window, &mut process, &expected("stability_inside", ""));
+    title("stability_inside: ", &mut process);
+
+    // After the last scene comes the first.
+    user.focus(window);
+    for (key, scene) in [('n', "torus"), ('n', "suzanne"), ('b', "torus")] {
+        user.press(key.into());
+        title(&format!("stability · {scene} · "), &mut process);
+        shows(&user, window, &mut process, &expected(scene, ""));
+    }
+    user.press('h'.into());
+    title("shell off", &mut process);
+    shows(&user, window, &mut process, &expected("torus", "--shell off --march exact"));
+
+    user.press(ESCAPE);
+    let outcome = process.wait();
+    let told: Vec<&str> = outcome.stdout.lines().filter_map(|line| Some(line.split_once(": ")?.0)).collect();
+    assert_eq!(told, ["stability_inside", "torus", "suzanne", "torus", "torus"], "{outcome}");
+    clean(outcome);
+}
+
+#[test]
 fn escape_quits() {
     let _keyboard = keyboard();
     let user = User::connect();

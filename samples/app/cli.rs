@@ -21,6 +21,7 @@ PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
 Keys in the window: S stage, H shell on or off, M march, Space pauses the sample's time, R resets the camera, \
+N and B show the next and the last scene of a sample of several, \
 F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
@@ -46,8 +47,9 @@ pub struct RunArgs {
     /// One of `prism list`
     pub sample: String,
 
-    /// The glTF file to look at, for `viewer` [default: the sample's own]
-    #[arg(long, value_name = "FILE")]
+    /// The glTF file to look at, for `viewer`; where to begin, by name or number, for a sample of several scenes
+    /// [default: the sample's own, the first]
+    #[arg(long, value_name = "FILE|NAME|NUMBER", allow_hyphen_values = true)]
     pub scene: Option<PathBuf>,
 
     /// Never opens a window; writes a picture instead [default: off where there is a display]

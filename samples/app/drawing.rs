@@ -4,13 +4,13 @@ use prism_engine::{
     error::Result,
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{self, Features, Output, Renderer},
-    scene::Scene,
 };
 
 use super::{
     console,
     job::Job,
-    sample::{Moment, Pose},
+    load::Loaded,
+    sample::Moment,
     stats,
     timings::{self, FrameRow, PassRow},
 };
@@ -21,8 +21,10 @@ const MAX_PASSES: usize = 16;
 /// The renderer, the sample's motion, and what was measured.
 pub struct Drawing<'a> {
     job: &'a Job<'a>,
-    scene: Scene,
-    start: Pose,
+    scenes: Vec<Loaded>,
+    /// The one that is drawn.
+    current: usize,
+    output: Output,
     renderer: Renderer,
     compiler: ShaderCompiler,
     timers: Option<PassTimers>,
@@ -35,9 +37,19 @@ pub struct Drawing<'a> {
     ctx: Context,
 }
 
-/// The features that the job needs. `interactive`: keys may change the settings.
-pub fn features(job: &Job<'_>, scene: &Scene, interactive: bool) -> Features {
-    let mut features = render::features(scene, &job.settings, interactive);
+/// The features that the job needs for any of its scenes. `interactive`: keys may change the settings.
+pub fn features(job: &Job<'_>, scenes: &[Loaded], interactive: bool) -> Features {
+    let mut features = Features::default();
+    for loaded in scenes {
+        let needed = render::features(&loaded.scene, &job.settings, interactive);
+        for (list, more) in [(&mut features.required, needed.required), (&mut features.optional, needed.optional)] {
+            for feature in more {
+                if !list.contains(&feature) {
+                    list.push(feature);
+                }
+            }
+        }
+    }
     if measures(job) {
         features.optional.push(Feature::PipelineStatistics);
     }
@@ -62,22 +74,22 @@ fn measures(job: &Job<'_>) -> bool {
 }
 
 impl<'a> Drawing<'a> {
-    /// Puts the scene on the device.
+    /// Puts the first scene on the device.
     pub fn new(
         job: &'a Job<'a>,
-        scene: Scene,
-        start: Pose,
+        scenes: Vec<Loaded>,
         ctx: &Context,
         output: Output,
         in_flight: usize,
     ) -> Result<Drawing<'a>> {
         let compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
-        let renderer = Renderer::new(ctx, &compiler, &scene, &job.settings, output)?;
+        let renderer = Renderer::new(ctx, &compiler, &scenes[0].scene, &job.settings, output)?;
         let timers = measures(job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
         let drawing = Drawing {
             job,
-            scene,
-            start,
+            scenes,
+            current: 0,
+            output,
             renderer,
             compiler,
             timers,
@@ -92,7 +104,42 @@ impl<'a> Drawing<'a> {
 
     /// The sample's picture at `time`.
     pub fn moment(&self, time: f64) -> Moment {
-        self.job.sample.at(&self.scene, &self.start, time)
+        let loaded = self.loaded();
+        self.job.sample.at(&loaded.scene, &loaded.start, time)
+    }
+
+    /// Draws the next scene, or the one before, as [`Self::walk_to`] does.
+    #[cfg(feature = "window")]
+    pub fn walk_on(&mut self, back: bool) -> Result<()> {
+        self.walk_to((self.current + if back { self.scenes.len() - 1 } else { 1 }) as u64)
+    }
+
+    /// How many scenes there are.
+    #[cfg(feature = "window")]
+    pub fn scenes(&self) -> usize {
+        self.scenes.len()
+    }
+
+    /// The scene that is drawn.
+    pub fn loaded(&self) -> &Loaded {
+        &self.scenes[self.current]
+    }
+
+    /// Draws another scene of the walk from now on, counted from its beginning and around; with the settings in force.
+    /// All frames so far have run.
+    pub fn walk_to(&mut self, index: u64) -> Result<()> {
+        let next = (index % self.scenes.len() as u64) as usize;
+        if next == self.current {
+            return Ok(());
+        }
+        for slot in 0..self.pending.len() {
+            self.collect(slot)?;
+        }
+        let settings = self.renderer.settings().clone();
+        self.renderer = Renderer::new(&self.ctx, &self.compiler, &self.scenes[next].scene, &settings, self.output)?;
+        self.current = next;
+        self.tell_notices();
+        Ok(())
     }
 
     /// The renderer.

@@ -5,7 +5,6 @@ use prism_engine::{
     error::Result,
     gpu::{Context, Frames},
     render::Output,
-    scene::Scene,
 };
 
 use super::{
@@ -13,36 +12,39 @@ use super::{
     drawing::{self, Drawing},
     exr,
     job::Job,
-    load,
+    load::{self, Loaded},
     offscreen::{self, Offscreen},
     png,
-    sample::Pose,
+    sample::Shot,
 };
 
 /// Draws the job's frames and writes its files.
 pub fn run(job: &Job<'_>) -> Result<()> {
-    let (scene, start) = load::load(job)?;
-    let features = drawing::features(job, &scene, false);
+    let scenes = load::load(job, job.frames.unwrap_or(1))?;
+    let features = drawing::features(job, &scenes, false);
     let ctx = Context::new(&drawing::context_desc(job, &features))?;
     let log = ctx.validation_log();
-    draw(job, scene, start, ctx)?;
+    draw(job, scenes, ctx)?;
     // Everything is destroyed now: what the layer has to say about that counts too.
     log.check()
 }
 
-fn draw(job: &Job<'_>, scene: Scene, start: Pose, ctx: Context) -> Result<()> {
+fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     let session = &job.common.session;
-    let extent = [session.size.width, session.size.height];
+    let exhibit = job.sample.exhibit();
+    let extent = exhibit.map_or(Ok(job.size()), |exhibit| exhibit.frame_size(job.size()))?;
     // First, because a size that the device cannot do needs no shader compiled to be told.
     let picture = Offscreen::new(&ctx, extent, offscreen::FORMAT)?;
-    let output = Output { color_format: offscreen::FORMAT, aov: session.aov.is_some() };
-    let mut drawing = Drawing::new(job, scene, start, &ctx, output, 1)?;
+    let output = Output { color_format: offscreen::FORMAT, aov: session.aov.is_some() || exhibit.is_some() };
+    let mut drawing = Drawing::new(job, scenes, &ctx, output, 1)?;
     let mut frames = Frames::new(&ctx, 1)?;
 
     let count = job.frames.unwrap_or(1);
     let progress = progress(count);
+    let mut composed = None;
     for number in 0..count {
         let time = number as f64 * job.time_step.unwrap_or_default();
+        drawing.walk_to(number)?;
         let moment = drawing.moment(time);
         let mut frame = frames.begin()?;
         let slot = frame.slot();
@@ -50,15 +52,33 @@ fn draw(job: &Job<'_>, scene: Scene, start: Pose, ctx: Context) -> Result<()> {
         drawing.record(&mut frame.cmd, slot, Some((number, time)), &moment, picture.image())?;
         // One after the other: frames that overlap would be timed together.
         frames.submit_and_wait(frame)?;
+        if let Some(exhibit) = exhibit {
+            let (frame, aov) = (picture.read()?, drawing.renderer().read_aov()?);
+            let Loaded { name, scene, .. } = drawing.loaded();
+            let shot = Shot { name, scene, camera: &moment.pose.camera, frame: &frame, aov: &aov };
+            let (picture, figures) = exhibit.compose(&shot, job.size());
+            progress.suspend(|| console::data(&format!("{figures}\n")))?;
+            composed = Some(picture);
+        }
         progress.inc(1);
     }
     progress.finish_and_clear();
 
     if let Some(path) = &job.out {
-        png::write(path, extent, &picture.read()?)?;
+        png::write(path, &composed.map_or_else(|| picture.read(), Ok)?)?;
         console::notice(format_args!("wrote {}", path.display()));
     }
     if let Some(path) = &session.aov {
+        if extent != job.size() {
+            // The last frame once more, in the size that was asked for.
+            let whole = Offscreen::new(&ctx, job.size(), offscreen::FORMAT)?;
+            let moment = drawing.moment((count - 1) as f64 * job.time_step.unwrap_or_default());
+            let mut frame = frames.begin()?;
+            let slot = frame.slot();
+            whole.prepare(&mut frame.cmd);
+            drawing.record(&mut frame.cmd, slot, None, &moment, whole.image())?;
+            frames.submit_and_wait(frame)?;
+        }
         exr::write(path, &drawing.renderer().read_aov()?)?;
         console::notice(format_args!("wrote {}", path.display()));
     }

@@ -16,6 +16,7 @@ use super::{
     console, files,
     sample::{Sample, Source},
     still::Still,
+    walk::Walk,
 };
 
 /// The time from one frame to the next of a headless run, seconds.
@@ -25,8 +26,8 @@ const HEADLESS_STEP: f64 = 1.0 / 60.0;
 pub struct Job<'a> {
     /// What moves.
     pub sample: &'a dyn Sample,
-    /// Its glTF file.
-    pub scene: PathBuf,
+    /// Its glTF files.
+    pub walk: Walk,
     /// How it is drawn.
     pub settings: Settings,
     /// Camera, device and measurements as they were typed.
@@ -50,13 +51,17 @@ impl<'a> Job<'a> {
     /// `prism run`.
     pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
         let sample = find(&args.sample, samples)?;
-        let scene = match (sample.scene(), args.scene) {
-            (Source::Chosen { .. }, Some(file)) => file,
+        let walk = match (sample.scene(), args.scene) {
+            (Source::Walk(names), chosen) => {
+                let files = names.iter().map(|name| assets::find(name)).collect::<Result<_>>()?;
+                Walk::several(files, chosen.as_deref())?
+            }
+            (Source::Chosen { .. }, Some(file)) => Walk::single(file),
             (_, Some(_)) => {
                 return usage(format!("--scene: {} brings its own scene; use `prism run viewer`", sample.id()));
             }
-            (Source::Asset(name) | Source::Chosen { default: name }, None) => assets::find(name)?,
-            (Source::File(file), None) => file,
+            (Source::Asset(name) | Source::Chosen { default: name }, None) => Walk::single(assets::find(name)?),
+            (Source::File(file), None) => Walk::single(file),
         };
         let files_only = args.headless || args.out.is_some() || args.common.session.aov.is_some();
         let window = !files_only && window_possible();
@@ -68,7 +73,7 @@ impl<'a> Job<'a> {
         }
         let job = Job {
             sample,
-            scene,
+            walk,
             settings: settings(&args.common, &sample.settings())?,
             window,
             frames: if window { args.frames } else { Some(args.frames.unwrap_or(1)) },
@@ -76,6 +81,9 @@ impl<'a> Job<'a> {
             out: if window { None } else { picture(args.out, &args.common, sample.id()) },
             common: args.common,
         };
+        if let Some(exhibit) = sample.exhibit() {
+            exhibit.frame_size(job.size())?;
+        }
         job.check_files()?;
         Ok(job)
     }
@@ -90,11 +98,17 @@ impl<'a> Job<'a> {
             frames: Some(args.frames.unwrap_or(1)),
             time_step: Some(0.0),
             out: picture(args.out, &args.common, &stem),
-            scene: args.scene,
+            walk: Walk::single(args.scene),
             common: args.common,
         };
         job.check_files()?;
         Ok(job)
+    }
+
+    /// Width and height of the picture, or of the window when it opens.
+    pub fn size(&self) -> [u32; 2] {
+        let size = self.common.session.size;
+        [size.width, size.height]
     }
 
     /// The output files' names make sense and their folders exist, found out before minutes are spent.

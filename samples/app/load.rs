@@ -1,21 +1,37 @@
-//! A job's scene, complete: what the file lacks is added, and the user is told.
+//! A job's scenes, complete: what a file lacks is added, and the user is told.
+
+use std::{path::Path, sync::Arc};
 
 use prism_engine::{
     error::Result,
     scene::{self, Scene},
 };
 
-use super::{camera, console, job::Job, sample::Pose};
+use super::{camera, console, job::Job, sample::Pose, walk};
 
-/// Reads the scene and tells its notices. The pose is the camera at time 0.
-pub fn load(job: &Job<'_>) -> Result<(Scene, Pose)> {
+/// A scene and where a run through it starts.
+pub struct Loaded {
+    /// What it is called.
+    pub name: String,
+    /// The scene, with a camera and a light.
+    pub scene: Arc<Scene>,
+    /// The camera at time 0.
+    pub start: Pose,
+}
+
+/// Reads the scenes that so many frames show, and tells their notices.
+pub fn load(job: &Job<'_>, frames: u64) -> Result<Vec<Loaded>> {
+    job.walk.files(frames).map(|file| load_one(job, file)).collect()
+}
+
+fn load_one(job: &Job<'_>, file: &Path) -> Result<Loaded> {
     let size = job.common.session.size;
     let aspect = f64::from(size.width) / f64::from(size.height);
-    let scene = scene::load(&job.scene)?.with_defaults(aspect);
+    let scene = scene::load(file)?.with_defaults(aspect);
     for notice in &scene.notices {
         console::notice(notice);
     }
     let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
-    let pose = camera::start(&job.common.camera, &scene, &base)?;
-    Ok((scene, pose))
+    let start = camera::start(&job.common.camera, &scene, &base)?;
+    Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
 }

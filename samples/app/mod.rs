@@ -10,9 +10,11 @@ mod drawing;
 mod exr;
 mod files;
 mod headless;
+pub mod heat;
 mod job;
 mod load;
 mod offscreen;
+pub mod picture;
 mod png;
 pub mod sample;
 mod stats;
@@ -20,6 +22,7 @@ mod still;
 #[cfg(test)]
 pub mod testing;
 mod timings;
+mod walk;
 #[cfg(feature = "window")]
 mod window;
 

@@ -5,6 +5,8 @@ use prism_engine::{
     gpu::{self, Access, CommandEncoder, Context, Image, ImageDesc, vk},
 };
 
+use super::picture::Picture;
+
 /// The format of headless pictures: every device can draw to it.
 pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
@@ -35,12 +37,12 @@ impl Offscreen {
         cmd.image_barrier(&self.image, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
     }
 
-    /// The last frame as RGBA, row 0 on top. Waits for the GPU.
-    pub fn read(&self) -> Result<Vec<u8>> {
+    /// The last frame. Waits for the GPU.
+    pub fn read(&self) -> Result<Picture> {
         let mut pixels = gpu::read_image(&self.ctx, &self.image, Access::COLOR_WRITE)?;
         if matches!(self.image.format(), vk::Format::B8G8R8A8_SRGB | vk::Format::B8G8R8A8_UNORM) {
             pixels.chunks_exact_mut(4).for_each(|pixel| pixel.swap(0, 2));
         }
-        Ok(pixels)
+        Ok(Picture::from_bytes(self.image.extent(), &pixels))
     }
 }

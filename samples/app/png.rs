@@ -5,11 +5,12 @@ use std::path::Path;
 use image::{RgbImage, codecs::png::PngEncoder};
 use prism_engine::error::Result;
 
-use super::files;
+use super::{files, picture::Picture};
 
-/// Writes sRGB-encoded RGBA pixels, row 0 on top, as an opaque PNG: a frame's alpha means nothing to a viewer.
-pub fn write(path: &Path, size: [u32; 2], rgba: &[u8]) -> Result<()> {
-    let rgb = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+/// Writes an opaque PNG: a frame's alpha means nothing to a viewer.
+pub fn write(path: &Path, picture: &Picture) -> Result<()> {
+    let Picture { size, pixels } = picture;
+    let rgb = pixels.iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     files::replace(path, "picture", |file| {
         let picture = RgbImage::from_raw(size[0], size[1], rgb).ok_or("fewer pixels than the picture's size")?;
         Ok(picture.write_with_encoder(PngEncoder::new(file))?)
@@ -24,7 +25,7 @@ mod tests {
     fn reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frame.png");
-        write(&path, [2, 1], &[255, 0, 0, 9, 1, 2, 3, 0]).unwrap();
+        write(&path, &Picture::from_bytes([2, 1], &[255, 0, 0, 9, 1, 2, 3, 0])).unwrap();
         let read = image::open(&path).unwrap();
         assert_eq!(read.color(), image::ColorType::Rgb8);
         assert_eq!((read.width(), read.height()), (2, 1));
@@ -35,7 +36,7 @@ mod tests {
     fn too_few_pixels_are_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frame.png");
-        assert!(write(&path, [2, 2], &[0; 4]).is_err());
+        assert!(write(&path, &Picture::from_bytes([2, 2], &[0; 4])).is_err());
         assert!(!path.exists());
     }
 }

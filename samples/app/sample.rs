@@ -4,9 +4,13 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DQuat, DVec3};
 use prism_engine::{
+    aov::Aov,
+    error::Result,
     scene::{Camera, Scene},
     settings::Settings,
 };
+
+use super::picture::Picture;
 
 /// A sample: what is shown, and how it moves. Everything else is the application's.
 ///
@@ -35,6 +39,37 @@ pub trait Sample: Sync {
     fn at(&self, _scene: &Scene, start: &Pose, _time: f64) -> Moment {
         Moment::still(*start)
     }
+
+    /// What a frame is made into before it is shown. By default it is shown as it is.
+    fn exhibit(&self) -> Option<&'static dyn Exhibit> {
+        None
+    }
+}
+
+/// A picture made of a frame and its surface data, such as a comparison, and what it says in figures.
+pub trait Exhibit: Sync {
+    /// Pixels of the frame that goes into a picture of `size`.
+    ///
+    /// # Errors
+    /// `Usage` where `size` leaves no room for it.
+    fn frame_size(&self, size: [u32; 2]) -> Result<[u32; 2]>;
+
+    /// The picture of `size`, and its figures: a line for stdout.
+    fn compose(&self, shot: &Shot<'_>, size: [u32; 2]) -> (Picture, String);
+}
+
+/// One frame, drawn.
+pub struct Shot<'a> {
+    /// The scene's name: that of its file without the extension.
+    pub name: &'a str,
+    /// As it was loaded; nothing in it has moved.
+    pub scene: &'a Scene,
+    /// Where from.
+    pub camera: &'a Camera,
+    /// What was drawn.
+    pub frame: &'a Picture,
+    /// Its surface data, pixel by pixel.
+    pub aov: &'a Aov,
 }
 
 /// Where a sample's scene comes from.
@@ -46,6 +81,9 @@ pub enum Source {
         /// What is shown without `--scene`.
         default: &'static str,
     },
+    /// Files below the assets' folder, one after the other: without a window each frame shows the next one. The walk
+    /// begins where `--scene` says, by a file's name without its extension or by its number, from 1.
+    Walk(&'static [&'static str]),
     /// This file.
     File(PathBuf),
 }

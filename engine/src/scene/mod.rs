@@ -222,7 +222,7 @@ pub enum HeightTexels {
 }
 
 /// A camera: looks along -Z of its transform, +Y up, as in glTF.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Camera to world, orthonormal basis (scale of the node removed).
     pub transform: DAffine3,
@@ -231,7 +231,7 @@ pub struct Camera {
 }
 
 /// A camera's lens. The picture's own aspect ratio is used, as glTF allows; the vertical extent stays.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Perspective.
     Perspective {

@@ -11,6 +11,9 @@ pub const KEYS: &str = "\
 keys: S stage, H shell on/off, M march, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
 mouse: left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
+/// Printed after them where there are several scenes.
+pub const WALK_KEYS: &str = "scenes: N next, B back";
+
 /// Pixels of a trackpad's scroll that count as one notch of a wheel, before the screen's scale.
 const PIXELS_PER_NOTCH: f64 = 40.0;
 /// A pinch to twice the size comes as near as this many notches: 0.9^6.6 ≈ 1/2.
@@ -27,6 +30,10 @@ pub enum Wish {
     March,
     /// The sample's time stopped, or going on.
     Pause,
+    /// The next scene.
+    Next,
+    /// The scene before.
+    Back,
     /// The sample's own camera.
     ResetCamera,
     /// A picture of what is seen.
@@ -113,6 +120,8 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "m" => Some(Wish::March),
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
+            "n" => Some(Wish::Next),
+            "b" => Some(Wish::Back),
             "q" => Some(Wish::Quit),
             _ => None,
         },
@@ -161,8 +170,8 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "R", "P", "Q"] {
-            assert!(KEYS.contains(letter));
+        for letter in ["S", "H", "M", "R", "P", "Q", "N", "B"] {
+            assert!(KEYS.contains(letter) || WALK_KEYS.contains(letter));
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");
         }
     }

@@ -1,6 +1,7 @@
 //! The window: an event loop around the same drawing that runs headless.
 
 mod clock;
+mod gallery;
 mod input;
 mod orbit;
 mod shown;
@@ -9,7 +10,6 @@ mod switch;
 use prism_engine::{
     error::{Error, Result},
     gpu::ValidationLog,
-    scene::Scene,
 };
 use winit::{
     application::ApplicationHandler,
@@ -19,8 +19,12 @@ use winit::{
     window::WindowId,
 };
 
-use super::{console, job::Job, load, sample::Pose};
-use input::{Input, KEYS, Wish};
+use super::{
+    console,
+    job::Job,
+    load::{self, Loaded},
+};
+use input::{Input, KEYS, WALK_KEYS, Wish};
 use shown::{After, Shown};
 
 /// Shows the job in a window until the user, or its number of frames, ends it.
@@ -29,9 +33,8 @@ pub fn run(job: &Job<'_>) -> Result<()> {
     let events = EventLoop::new().map_err(|e| shown::no_window(&e))?;
     // Nothing is drawn unless something changes; a frame that moves asks for the next one.
     events.set_control_flow(ControlFlow::Wait);
-    let (scene, start) = load::load(job)?;
-    let mut app =
-        App { job, scene: Some((scene, start)), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
+    let scenes = load::load(job, u64::MAX)?;
+    let mut app = App { job, scenes: Some(scenes), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
     let ended = events.run_app(&mut app);
     app.outcome?;
     ended.map_err(event_loop_failed)?;
@@ -45,7 +48,7 @@ fn event_loop_failed(cause: EventLoopError) -> Error {
 struct App<'a> {
     job: &'a Job<'a>,
     /// Until the window is there.
-    scene: Option<(Scene, Pose)>,
+    scenes: Option<Vec<Loaded>>,
     shown: Option<Shown<'a>>,
     input: Input,
     log: Option<ValidationLog>,
@@ -75,10 +78,14 @@ impl App<'_> {
 
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some((scene, start)) = self.scene.take() else { return };
-        match Shown::open(events, self.job, scene, start) {
+        let Some(scenes) = self.scenes.take() else { return };
+        let walks = scenes.len() > 1;
+        match Shown::open(events, self.job, scenes) {
             Ok(shown) => {
                 console::line(KEYS);
+                if walks {
+                    console::line(WALK_KEYS);
+                }
                 self.log = Some(shown.validation_log());
                 shown.request_redraw();
                 self.shown = Some(shown);

@@ -10,7 +10,6 @@ use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
     render::Output,
-    scene::Scene,
     settings::{Settings, Shell, Stage},
 };
 use winit::{
@@ -22,6 +21,7 @@ use winit::{
 
 use super::{
     clock::{Clock, Pace},
+    gallery::{Gallery, Subject},
     input::Wish,
     orbit::Orbit,
     switch,
@@ -30,7 +30,9 @@ use crate::app::{
     console,
     drawing::{self, Drawing},
     job::Job,
+    load::Loaded,
     offscreen::Offscreen,
+    picture::Picture,
     png,
     sample::{Moment, Pose},
 };
@@ -52,6 +54,7 @@ pub enum After {
 pub struct Shown<'a> {
     job: &'a Job<'a>,
     drawing: Drawing<'a>,
+    gallery: Option<Gallery>,
     swapchain: Swapchain,
     frames: Frames,
     ctx: Context,
@@ -62,6 +65,8 @@ pub struct Shown<'a> {
     count: u64,
     /// Milliseconds per frame as the title shows them.
     frame_ms: Option<f64>,
+    /// Of the exhibit that is shown.
+    figures: Option<String>,
     /// In pixels; 0 while minimised.
     size: [u32; 2],
     hidden: bool,
@@ -71,13 +76,13 @@ pub struct Shown<'a> {
 
 impl<'a> Shown<'a> {
     /// Opens the window and puts the scene on a device that can present to it.
-    pub fn open(events: &ActiveEventLoop, job: &'a Job<'a>, scene: Scene, start: Pose) -> Result<Shown<'a>> {
+    pub fn open(events: &ActiveEventLoop, job: &'a Job<'a>, scenes: Vec<Loaded>) -> Result<Shown<'a>> {
         let size = job.common.session.size;
         let attributes = WindowAttributes::default()
             .with_title(job.sample.id())
             .with_inner_size(PhysicalSize::new(size.width, size.height));
         let window = events.create_window(attributes).map_err(|e| no_window(&e))?;
-        let features = drawing::features(job, &scene, true);
+        let features = drawing::features(job, &scenes, true);
         let display = window.display_handle().map_err(|e| no_window(&e))?.as_raw();
         let handle = window.window_handle().map_err(|e| no_window(&e))?.as_raw();
         let desc = ContextDesc { surface: Some((display, handle)), ..drawing::context_desc(job, &features) };
@@ -86,11 +91,12 @@ impl<'a> Shown<'a> {
         // The window system may have given another size than was asked for.
         let size = window.inner_size().into();
         let swapchain = Swapchain::new(&ctx, size, true)?;
-        let output = Output { color_format: swapchain.format(), aov: false };
-        let drawing = Drawing::new(job, scene, start, &ctx, output, IN_FLIGHT)?;
+        let output = Output { color_format: swapchain.format(), aov: job.sample.exhibit().is_some() };
+        let drawing = Drawing::new(job, scenes, &ctx, output, IN_FLIGHT)?;
         let shown = Shown {
             job,
             drawing,
+            gallery: job.sample.exhibit().map(Gallery::new),
             swapchain,
             frames: Frames::new(&ctx, IN_FLIGHT)?,
             ctx,
@@ -99,6 +105,7 @@ impl<'a> Shown<'a> {
             pace: Pace::default(),
             count: 0,
             frame_ms: None,
+            figures: None,
             size,
             hidden: false,
             screenshot: false,
@@ -151,16 +158,35 @@ impl<'a> Shown<'a> {
         let moment = self.moment(time);
         let image = self.swapchain.image(target);
         let slot = frame.slot();
-        frame.cmd.image_barrier(image, Access::ACQUIRED, Access::COLOR_WRITE);
-        self.drawing.record(&mut frame.cmd, slot, Some((self.count, time)), &moment, image)?;
-        frame.cmd.image_barrier(image, Access::COLOR_WRITE, Access::PRESENT);
+        let subject = self.subject(&moment, image.extent());
+        let mut news = None;
+        let mut exhibited = false;
+        if let Some(gallery) = &mut self.gallery {
+            news = gallery.collect(&self.ctx, &subject)?;
+            exhibited = gallery.record(&mut frame.cmd, &subject, image);
+        }
+        if !exhibited {
+            frame.cmd.image_barrier(image, Access::ACQUIRED, Access::COLOR_WRITE);
+            self.drawing.record(&mut frame.cmd, slot, Some((self.count, time)), &moment, image)?;
+            frame.cmd.image_barrier(image, Access::COLOR_WRITE, Access::PRESENT);
+        }
         self.window.pre_present_notify();
         self.swapchain.submit_and_present(&mut self.frames, frame, target)?;
         self.count += 1;
 
         if std::mem::take(&mut self.screenshot) {
-            self.save_screenshot(&moment)?;
+            self.save_screenshot(&moment, &subject)?;
         }
+        if let Some(figures) = news {
+            console::data(&format!("{figures}\n"))?;
+        }
+        let gallery = self.gallery.as_ref();
+        let figures = gallery.and_then(|gallery| gallery.shown(&subject)).map(|(_, figures)| figures.to_owned());
+        if figures != self.figures {
+            self.figures = figures;
+            self.set_title();
+        }
+        self.exhibit(&moment, &subject)?;
         if let Some(ms) = self.pace.frame(now) {
             self.frame_ms = Some(ms);
             self.set_title();
@@ -168,7 +194,8 @@ impl<'a> Shown<'a> {
         if self.job.frames.is_some_and(|frames| self.count >= frames) {
             return Ok(After::Quit);
         }
-        if self.job.frames.is_some() || self.moves() {
+        let unfinished = self.gallery.as_ref().is_some_and(|gallery| gallery.wants_frame(&subject));
+        if self.job.frames.is_some() || self.moves() || unfinished {
             return Ok(After::Redraw);
         }
         self.pace.reset();
@@ -186,6 +213,8 @@ impl<'a> Shown<'a> {
                 self.clock.toggle_pause();
                 self.set_title();
             }
+            Wish::Next => self.walk_on(false)?,
+            Wish::Back => self.walk_on(true)?,
             Wish::ResetCamera => self.orbit = Orbit::default(),
             Wish::Screenshot => self.screenshot = true,
             Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
@@ -243,7 +272,48 @@ impl<'a> Shown<'a> {
         self.set_title();
     }
 
-    /// Sample, stage, shell, march, time per frame.
+    /// Shows the next scene, or the one before, or says why not and stays.
+    fn walk_on(&mut self, back: bool) -> Result<()> {
+        self.frames.wait()?;
+        match self.drawing.walk_on(back) {
+            Ok(()) => self.orbit = Orbit::default(),
+            Err(error) => console::notice(error),
+        }
+        self.pace.reset();
+        self.set_title();
+        Ok(())
+    }
+
+    /// What an exhibit of this frame would show.
+    fn subject(&self, moment: &Moment, size: [u32; 2]) -> Subject {
+        let settings = self.drawing.renderer().settings().clone();
+        Subject { name: self.drawing.loaded().name.clone(), camera: moment.pose.camera, settings, size }
+    }
+
+    /// Begins an exhibit if the sample has one and the picture has come to rest.
+    fn exhibit(&mut self, moment: &Moment, subject: &Subject) -> Result<()> {
+        let Some(size) = self.gallery.as_mut().and_then(|gallery| gallery.wants_shot(subject)) else { return Ok(()) };
+        let frame = self.draw_offscreen(moment, size)?;
+        let aov = self.drawing.renderer().read_aov()?;
+        let scene = self.drawing.loaded().scene.clone();
+        if let Some(gallery) = &mut self.gallery {
+            gallery.begin(subject.clone(), scene, frame, aov, self.window.clone());
+        }
+        Ok(())
+    }
+
+    /// Draws a frame that can be read back, and waits for it.
+    fn draw_offscreen(&mut self, moment: &Moment, size: [u32; 2]) -> Result<Picture> {
+        let picture = Offscreen::new(&self.ctx, size, self.swapchain.format())?;
+        let mut frame = self.frames.begin()?;
+        let slot = frame.slot();
+        picture.prepare(&mut frame.cmd);
+        self.drawing.record(&mut frame.cmd, slot, None, moment, picture.image())?;
+        self.frames.submit_and_wait(frame)?;
+        picture.read()
+    }
+
+    /// Sample, scene of several, stage, shell, march, time per frame.
     fn set_title(&self) {
         let settings = self.drawing.renderer().settings();
         let stage = match self.drawing.renderer().plan().stage {
@@ -251,14 +321,21 @@ impl<'a> Shown<'a> {
             Some(stage) => format!("stage {stage}"),
             None => "no shell stage".to_owned(),
         };
+        let scene = match self.drawing.scenes() {
+            1 => String::new(),
+            _ => format!(" · {}", self.drawing.loaded().name),
+        };
         let mut title = format!(
-            "{} · {stage} · shell {} · march {}",
+            "{}{scene} · {stage} · shell {} · march {}",
             self.job.sample.id(),
             settings.resolved_shell(),
             settings.march
         );
         if let Some(ms) = self.frame_ms {
             title += &format!(" · {ms:.1} ms");
+        }
+        if let Some(figures) = &self.figures {
+            title += &format!(" · {figures}");
         }
         if self.clock.paused() {
             title += " · paused";
@@ -267,16 +344,15 @@ impl<'a> Shown<'a> {
     }
 
     /// Draws the frame once more, to an image that can be read back: a window's images often cannot.
-    fn save_screenshot(&mut self, moment: &Moment) -> Result<()> {
-        let picture = Offscreen::new(&self.ctx, self.swapchain.extent(), self.swapchain.format())?;
-        let mut frame = self.frames.begin()?;
-        let slot = frame.slot();
-        picture.prepare(&mut frame.cmd);
-        self.drawing.record(&mut frame.cmd, slot, None, moment, picture.image())?;
-        self.frames.submit_and_wait(frame)?;
+    fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<()> {
+        let exhibit = self.gallery.as_ref().and_then(|gallery| gallery.shown(subject));
+        let picture = match exhibit {
+            Some((picture, _)) => picture.clone(),
+            None => self.draw_offscreen(moment, self.swapchain.extent())?,
+        };
         let path = free_name(self.job.sample.id());
         // A folder that cannot be written to is no reason to close the window.
-        match png::write(&path, picture.image().extent(), &picture.read()?) {
+        match png::write(&path, &picture) {
             Ok(()) => console::notice(format_args!("wrote {}", path.display())),
             Err(error) => console::notice(error),
         }
