@@ -56,7 +56,7 @@ impl PrimitiveData {
         let indices = if traced { Vec::new() } else { primitive.triangles.clone() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
-            let [low, high] = prisms::map_range(scene, primitive, d);
+            let (low, high) = scene.displacement_range(primitive);
             let scale = primitive.displacement_scale;
             data.displacement = Vec4::new(scale as f32, d.midlevel as f32, low as f32, high as f32);
             let [least, greatest] = uv_bounds(primitive, &height_uv);

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{HeightTexels, Mesh, Primitive, Scene};
+use crate::scene::{Mesh, Primitive, Scene};
 
 /// The smallest factor other than 0.
 pub const MIN_FACTOR: f64 = 1.0 / 64.0;
@@ -130,20 +130,9 @@ pub fn mesh_folds(scene: &Scene, mesh: &Mesh) -> Folds {
 /// Lowest and highest t of a primitive over its whole height map, mesh units, 0 included; `None` for a primitive
 /// without displacement.
 pub fn t_range(scene: &Scene, primitive: &Primitive) -> Option<[f64; 2]> {
-    let displacement = scene.materials[primitive.material].displacement.as_ref()?;
-    if primitive.displacement_scale == 0.0 {
-        return None;
-    }
-    let (lo, hi) = match &scene.height_maps[displacement.map].texels {
-        HeightTexels::U8(texels) => extent(texels.iter().map(|v| f64::from(*v) / 255.0)),
-        HeightTexels::U16(texels) => extent(texels.iter().map(|v| f64::from(*v) / 65535.0)),
-    };
-    let t = |h: f64| (h - displacement.midlevel) * primitive.displacement_scale;
-    Some([t(lo).min(0.0), t(hi).max(0.0)])
-}
-
-fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
+    scene.materials[primitive.material].displacement.filter(|_| primitive.displacement_scale > 0.0)?;
+    let (low, high) = scene.displacement_range(primitive);
+    Some([low.min(0.0), high.max(0.0)])
 }
 
 #[cfg(test)]

@@ -65,12 +65,6 @@ pub fn displacement(scene: &Scene, primitive: &Primitive) -> Option<Displacement
     scene.materials[primitive.material].displacement.filter(|_| primitive.displacement_scale > 0.0)
 }
 
-/// Map-wide range of levels of a displaced primitive, mesh units.
-pub fn map_range(scene: &Scene, primitive: &Primitive, displacement: &Displacement) -> [f64; 2] {
-    let (low, high) = scene.height_maps[displacement.map].min_max();
-    [low, high].map(|h| (h - displacement.midlevel) * primitive.displacement_scale)
-}
-
 /// Height map coordinates of every vertex; see [`ShellGeometry::height_uv`].
 pub fn height_uvs(primitive: &Primitive, displacement: &Displacement) -> Vec<Vec2> {
     let exact: Vec<DVec2> = primitive.uvs[displacement.tex_coord]
@@ -145,7 +139,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             for uv in &uvs[p] {
                 geometry.uv_bounds = [geometry.uv_bounds[0].min(*uv), geometry.uv_bounds[1].max(*uv)];
             }
-            let whole = map_range(scene, primitive, &d);
+            let (lowest, _) = scene.displacement_range(primitive);
             for (t, &triangle) in primitive.triangles.iter().enumerate() {
                 let plain = !displaced(primitive, triangle);
                 let mut prism = Prism {
@@ -166,7 +160,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
                         if d.border_wall {
                             prism.walls[k] = Wall::Closed;
-                            prism.range[0] = prism.range[0].min(whole[0]);
+                            prism.range[0] = prism.range[0].min(lowest);
                         }
                         continue;
                     };
