@@ -127,14 +127,15 @@ float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b)
         float high = depth == 0 ? b : low + size;
         float f[6];
         clearance_coefficients(curve, field, cell, h, low, high, f);
-        if (f[0] < 0.0) {
-            return low;
-        }
         bool clear = true;
         int changes = 0;
         for (int k = 1; k < 6; ++k) {
             clear = clear && f[k] >= 0.0;
             changes += (f[k - 1] < 0.0) != (f[k] < 0.0) ? 1 : 0;
+        }
+        if (f[0] < 0.0) {
+            // On the wrong side at the start by rounding alone, and on its way to the right one: nothing is hit.
+            return changes == 1 && depth == 0 ? 2.0 : low;
         }
         if (changes == 1 && f[5] < 0.0) {
             return refined_root(curve, field, cell, h, low, high);

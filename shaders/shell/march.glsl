@@ -258,7 +258,7 @@ ShellHit plain_trace(ProjectedPrism projected, vec3 canonical[3], vec3 s[3], Mar
                      float near, float handedness) {
     vec3 sides, weights;
     for (int k = 0; k < 3; ++k) {
-        float side = canonical[k].x != 0.0 ? canonical[k].x : side_on_wall(projected, k, 0.0);
+        float side = canonical[k].x != 0.0 ? canonical[k].x : side_on_wall(projected, k);
         sides[k] = projected.descending[k] ? -side : side;
         weights[k] = s[k].x;
     }

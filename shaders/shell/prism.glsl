@@ -51,11 +51,11 @@ vec3 wall_quadratic(ProjectedPrism prism, int k) {
     return value;
 }
 
-// The top-left rule: the side of a ray that lies on wall k's line at level t, as if it stood a little aside, the same for
-// all walls. Of the two prisms at a wall, and of those around a corner, exactly one has the ray. Canonical order.
-float side_on_wall(ProjectedPrism prism, int k, float t) {
+// The top-left rule: the side of a ray that lies in wall k, as if it stood a little aside, the same for all walls. Of the
+// two prisms at a wall, and of those around a corner, exactly one has the ray; so the level must be the same for all: 0.
+float side_on_wall(ProjectedPrism prism, int k) {
     ivec2 c = wall_corners(prism, k);
-    vec2 edge = (prism.p[c.y] + t * prism.q[c.y]) - (prism.p[c.x] + t * prism.q[c.x]);
+    vec2 edge = prism.p[c.y] - prism.p[c.x];
     return edge.y > 0.0 || (edge.y == 0.0 && edge.x < 0.0) ? 1.0 : -1.0;
 }
 
@@ -143,7 +143,7 @@ Crossings prism_crossings(ProjectedPrism prism, vec3 s[3], float t0, float t1, o
     for (int k = 0; k < 3; ++k) {
         float a = s[k].x, b = s[k].y, c = s[k].z;
         // The side above all roots.
-        float side = c != 0.0 ? sign(c) : b != 0.0 ? sign(b) : a != 0.0 ? sign(a) : side_on_wall(prism, k, t0);
+        float side = c != 0.0 ? sign(c) : b != 0.0 ? sign(b) : a != 0.0 ? sign(a) : side_on_wall(prism, k);
         precise float discriminant = b * b - 4.0 * a * c;
         // The larger root first: no cancellation, and a vanishing c only sends it to infinity. h is 0 only where the
         // two roots are one, which turns nothing.
