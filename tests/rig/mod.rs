@@ -5,11 +5,11 @@
 
 pub mod worst;
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use prism_engine::{
     aov::Aov,
-    gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, ShaderCompiler, ShaderStage, vk},
+    gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, Shader, ShaderCompiler, ShaderStage, vk},
     render::{self, Output, Renderer},
     scene::{self, Camera, Scene},
     settings::{Settings, Shell, Stage},
@@ -90,6 +90,13 @@ impl Easel {
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
         self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// The shaders of every pipeline that draws a shell.
+    pub fn shell_shaders(&self) -> Vec<Arc<Shader>> {
+        let pipelines = self.renderer.pipelines();
+        let shells = pipelines.iter().filter(|(name, _)| name.starts_with("shell"));
+        shells.flat_map(|(_, pipeline)| pipeline.shaders().to_vec()).collect()
     }
 
     /// Loops of the last frame that gave up.

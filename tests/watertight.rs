@@ -1,0 +1,592 @@
+//! Watertight to the ray: millions of rays aimed at the shared walls and vertices of closed meshes, through the GLSL
+//! itself, each hit exactly once.
+//!
+//! Under a constant height the surface is a convex polyhedron, and every ray comes near its middle: it has exactly one
+//! front hit over all prisms. None is a miss, two are a double. A rugged height is so gentle, for rays so steep, that the
+//! same holds; but a point on a wall that both its prisms report counts as one. What is checked besides: the SPIR-V that
+//! the driver gets, for the decoration that forbids contraction.
+
+mod rig;
+
+use std::{
+    collections::{HashMap, HashSet},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use glam::{DVec3, Vec3};
+use prism_engine::{
+    gpu::{
+        Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline, Shader,
+        ShaderCompiler, ShaderStage, Uploader, run_once, vk,
+    },
+    render,
+    settings::{Shell, Stage},
+};
+use rig::Rig;
+
+/// What the rays are aimed at and how they are made; the order of the shader's classes.
+const TARGETS: [&str; 3] = ["wall", "mid-edge", "vertex"];
+const VIEWS: [&str; 4] = ["pixel", "ray", "along", "axis"];
+const CLASSES: usize = TARGETS.len() * VIEWS.len();
+/// Misses and doubles that the shader writes down; its `LOGGED`.
+const LOGGED: usize = 32;
+/// Words of the shader's results before its log.
+const COUNTS: usize = 3 * CLASSES + 5;
+/// Rays of one dispatch, well under a second each.
+const TILE: u32 = 1 << 16;
+/// Invocations of a workgroup.
+const GROUP: u32 = 64;
+
+/// Level of the surface, and of the height's whole range, on a mesh of radius 1.
+const LEVEL: f64 = 0.125;
+const SCALE: f64 = 0.5;
+/// Levels of a thick shell: its walls are long, and curved where the normals are tilted.
+const THICK: [f64; 2] = [-0.2, 0.2];
+/// Powers of two, so that a mesh of few bits keeps them.
+const SIZES: [f64; 3] = [1.0 / 1024.0, 1.0, 1024.0];
+
+/// Numbers in [0, 1) in an order that looks random, the same each time (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// A closed mesh of radius about 1 around the origin, by its surface at [`LEVEL`].
+struct Mesh {
+    name: &'static str,
+    surface: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// An icosahedron's faces in four, with normals tilted at random: the walls are curved, and no number is round.
+    fn tilted() -> Mesh {
+        let g = 0.5 * (1.0 + 5f64.sqrt());
+        let corners = (0..12).map(|i| {
+            let (a, b) = (if i & 1 == 0 { 1.0 } else { -1.0 }, if i & 2 == 0 { g } else { -g });
+            match i / 4 {
+                0 => DVec3::new(a, b, 0.0),
+                1 => DVec3::new(0.0, a, b),
+                _ => DVec3::new(b, 0.0, a),
+            }
+        });
+        let (surface, triangles) = sphere(&corners.collect::<Vec<_>>(), 2);
+        let mut random = Random(7);
+        let mut tilt = || DVec3::from_array(std::array::from_fn(|_| 0.24 * (2.0 * random.next() - 1.0)));
+        let normals = surface.iter().map(|p| (*p + tilt()).normalize()).collect();
+        Mesh { name: "tilted", surface, normals, triangles }
+    }
+
+    /// An octahedron's faces in sixteen, each coordinate a multiple of 1/128: along axes and diagonals all of the walls'
+    /// arithmetic is exact, and rays lie in walls, and on vertex lines, to the last bit.
+    fn exact() -> Mesh {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
+        let (surface, triangles) = sphere(&axes.collect::<Vec<_>>(), 4);
+        let rounded = |p: &DVec3, step: f64| (*p / step).round() * step;
+        let normals = surface.iter().map(|p| rounded(p, 1.0 / 64.0)).collect();
+        let surface = surface.iter().map(|p| rounded(p, 1.0 / 128.0)).collect();
+        Mesh { name: "exact", surface, normals, triangles }
+    }
+
+    /// Corner k of a triangle at a level.
+    fn at(&self, vertex: u32, level: f64) -> DVec3 {
+        self.surface[vertex as usize] + (level - LEVEL) * self.normals[vertex as usize]
+    }
+
+    /// The least distance of a face of the surface from the middle. Insists that the surface is convex and that no prism
+    /// folds within [`THICK`].
+    fn inradius(&self) -> f64 {
+        let mut inradius = f64::INFINITY;
+        for triangle in &self.triangles {
+            let normal = |level: f64| {
+                let [a, b, c] = triangle.map(|v| self.at(v, level));
+                (b - a).cross(c - a).normalize()
+            };
+            let (normal_at_level, on) = (normal(LEVEL), self.surface[triangle[0] as usize]);
+            for (vertex, point) in (0..).zip(&self.surface) {
+                let above = normal_at_level.dot(*point - on);
+                assert!(triangle.contains(&vertex) || above < -1e-3, "{} is not convex: {above}", self.name);
+            }
+            for step in 0..=8 {
+                let normal = normal(THICK[0] + (THICK[1] - THICK[0]) * f64::from(step) / 8.0);
+                for vertex in triangle {
+                    assert!(normal.dot(self.normals[*vertex as usize]) > 0.2, "{} folds", self.name);
+                }
+            }
+            inradius = inradius.min(normal_at_level.dot(on));
+        }
+        inradius
+    }
+
+    /// Every edge once. Insists that the mesh is closed.
+    fn edges(&self) -> Vec<[u32; 2]> {
+        let sides = || self.triangles.iter().flat_map(|t| (0..3).map(move |k| [t[k], t[(k + 1) % 3]]));
+        let all: HashSet<[u32; 2]> = sides().collect();
+        assert_eq!(all.len(), 3 * self.triangles.len(), "two triangles at one side of an edge");
+        assert!(all.iter().all(|[a, b]| all.contains(&[*b, *a])), "{} has a border", self.name);
+        sides().filter(|[a, b]| a < b).collect()
+    }
+}
+
+/// The convex hull of corners that has equilateral faces, each face in `n` by `n`, out to the unit sphere.
+fn sphere(corners: &[DVec3], n: i32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let edge = corners[1..].iter().map(|c| c.distance(corners[0])).fold(f64::INFINITY, f64::min);
+    let near = |a: DVec3, b: DVec3| a.distance(b) < 1.01 * edge;
+    let mut points: Vec<DVec3> = Vec::new();
+    let mut known: HashMap<[i64; 3], u32> = HashMap::new();
+    let mut triangles = Vec::new();
+    let count = corners.len();
+    for (i, j, k) in (0..count).flat_map(|i| (i..count).flat_map(move |j| (j..count).map(move |k| (i, j, k)))) {
+        let [a, mut b, mut c] = [corners[i], corners[j], corners[k]];
+        if i == j || j == k || !near(a, b) || !near(b, c) || !near(c, a) {
+            continue;
+        }
+        if (b - a).cross(c - a).dot(a) < 0.0 {
+            (b, c) = (c, b);
+        }
+        let mut point = |u: i32, v: i32| {
+            let p = (a + (b - a) * f64::from(u) / f64::from(n) + (c - a) * f64::from(v) / f64::from(n)).normalize();
+            let key = (p * 1e6).round().to_array().map(|x| x as i64);
+            *known.entry(key).or_insert_with(|| {
+                points.push(p);
+                points.len() as u32 - 1
+            })
+        };
+        for (u, v) in (0..n).flat_map(|u| (0..n - u).map(move |v| (u, v))) {
+            triangles.push([point(u, v), point(u + 1, v), point(u, v + 1)]);
+            if u + v + 1 < n {
+                triangles.push([point(u + 1, v), point(u + 1, v + 1), point(u, v + 1)]);
+            }
+        }
+    }
+    (points, triangles)
+}
+
+/// How far a prism reaches beyond the levels of the surface in it.
+#[derive(Clone, Copy, Debug)]
+enum Range {
+    /// As the engine has it: room for rounding.
+    Padded,
+    /// [`THICK`].
+    Thick,
+    /// Anything from the one to the other, each prism by itself.
+    Mixed,
+}
+
+/// A search of the march and a height for it.
+struct March {
+    name: &'static str,
+    defines: &'static [&'static str],
+    /// Least and greatest level of the surface.
+    levels: [f64; 2],
+    /// How near to the middle rays pass, as a part of the inradius: the steeper the surface, the nearer.
+    inner: f64,
+}
+
+/// Under a constant height.
+const CONVEX: [March; 3] = [
+    March { name: "pom", defines: &[], levels: [LEVEL; 2], inner: 0.95 },
+    March { name: "relief", defines: &["MARCH_RELIEF"], levels: [LEVEL; 2], inner: 0.95 },
+    March { name: "exact", defines: &["MARCH_EXACT"], levels: [LEVEL; 2], inner: 0.95 },
+];
+
+const RUGGED: [March; 1] =
+    [March { name: "exact, rugged", defines: &["MARCH_EXACT", "RUGGED"], levels: [0.1, 0.15], inner: 0.25 }];
+
+/// What became of some rays.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Tally {
+    /// By class.
+    rays: [u64; CLASSES],
+    misses: [u64; CLASSES],
+    doubles: [u64; CLASSES],
+    /// Hits off the surface, loops that gave up, and rays with more prisms on their way than the shader has room for.
+    astray: u64,
+    limits: u64,
+    overflow: u64,
+    /// Rays of a rugged surface with a hit that two prisms report at one point: counted as one.
+    twice: u64,
+    /// The first misses and doubles, each with all that makes it anew.
+    bad: Vec<String>,
+}
+
+impl Tally {
+    fn add(&mut self, words: &[u32], set: &str) {
+        for class in 0..CLASSES {
+            self.rays[class] += u64::from(words[class]);
+            self.misses[class] += u64::from(words[CLASSES + class]);
+            self.doubles[class] += u64::from(words[2 * CLASSES + class]);
+        }
+        self.astray += u64::from(words[3 * CLASSES]);
+        self.limits += u64::from(words[3 * CLASSES + 1]);
+        self.overflow += u64::from(words[3 * CLASSES + 2]);
+        self.twice += u64::from(words[3 * CLASSES + 3]);
+        let logged = (words[COUNTS - 1] as usize).min(LOGGED);
+        self.bad.extend(words[COUNTS..].chunks_exact(2).take(logged).map(|entry| {
+            let class = entry[0] as usize % CLASSES;
+            let (target, view) = (TARGETS[class / VIEWS.len()], VIEWS[class % VIEWS.len()]);
+            format!("{set}: ray {}, {target} by {view}: {} hits", entry[0], entry[1])
+        }));
+    }
+
+    fn traced(&self) -> u64 {
+        self.rays.iter().sum()
+    }
+
+    fn wrong(&self) -> [u64; 2] {
+        [self.misses.iter().sum(), self.doubles.iter().sum()]
+    }
+
+    fn table(&self) -> String {
+        let rows = (0..CLASSES).map(|class| {
+            let (target, view) = (TARGETS[class / VIEWS.len()], VIEWS[class % VIEWS.len()]);
+            let [rays, misses, doubles] = [self.rays[class], self.misses[class], self.doubles[class]];
+            format!("| {target} | {view} | {rays} | {misses} | {doubles} |\n")
+        });
+        let [misses, doubles] = self.wrong();
+        format!(
+            "| aimed at | by | rays | misses | doubles |\n|---|---|---|---|---|\n{}| all | | {} | {misses} | {doubles} |",
+            rows.collect::<String>(),
+            self.traced()
+        )
+    }
+}
+
+/// Shaders to be tested in place of the project's own, to look into a bug.
+fn shader_folder() -> Option<PathBuf> {
+    std::env::var_os("PRISM_SHADERS").map(PathBuf::from)
+}
+
+/// Traces rays on a device.
+struct Tracer {
+    compiler: ShaderCompiler,
+    ctx: Context,
+}
+
+/// Some rays of one mesh under one march.
+struct Run<'a> {
+    mesh: &'a Mesh,
+    march: &'a March,
+    size: f64,
+    range: Range,
+    /// Whether prisms evaluate walls in canonical order, as they should, or each in its own.
+    canonical: bool,
+    seed: u32,
+    rays: u32,
+}
+
+impl Tracer {
+    fn new() -> Tracer {
+        let ctx = Context::new(&ContextDesc { app: "prism tests", ..ContextDesc::default() }).expect("a device");
+        let mut compiler = render::shader_compiler(shader_folder().as_deref()).expect("a compiler");
+        compiler.provide("tests/watertight.comp", include_str!("rig/watertight.comp").to_owned());
+        Tracer { compiler, ctx }
+    }
+
+    /// As if a driver contracted cross products: one product of the two is rounded otherwise than the other.
+    fn contracted() -> Tracer {
+        const CROSS: &str = "a.x * b.y - a.y * b.x";
+        let mut tracer = Tracer::new();
+        let folder = shader_folder().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders"));
+        let text = std::fs::read_to_string(folder.join("shell/prism.glsl")).expect("the shader");
+        assert_eq!(text.matches(CROSS).count(), 1, "prism.glsl writes cross2 otherwise now");
+        // 1 + 2^-23, the next number after 1.
+        let text = text.replace(CROSS, "(a.x * b.y) * 1.00000012 - a.y * b.x");
+        tracer.compiler.provide("shell/prism.glsl", text);
+        tracer
+    }
+
+    fn pipeline(&self, march: &March) -> Pipeline {
+        let defines: Vec<_> = march.defines.iter().map(|name| (*name, String::new())).collect();
+        let shader = self.compiler.compile("tests/watertight.comp", ShaderStage::Compute, &defines);
+        let shader = shader.unwrap_or_else(|error| panic!("{error}"));
+        Pipeline::compute(&self.ctx, march.name, &shader).expect("a pipeline")
+    }
+
+    fn trace(&self, pipeline: &Pipeline, run: &Run<'_>, tally: &mut Tally) {
+        let scene = Buffers::new(&self.ctx, run);
+        let results = Buffer::new(
+            &self.ctx,
+            &BufferDesc {
+                name: "results",
+                size: 4 * (COUNTS + 2 * LOGGED) as u64,
+                usage: vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+                location: MemoryLocation::GpuToCpu,
+            },
+        )
+        .expect("a buffer");
+        let bindings = [
+            ("corners", Binding::Buffer(&scene.corners)),
+            ("prisms", Binding::Buffer(&scene.prisms)),
+            ("edges", Binding::Buffer(&scene.edges)),
+            ("results", Binding::Buffer(&results)),
+        ];
+        let set = DescriptorSet::new(&self.ctx, pipeline, 0, &bindings).expect("a set");
+        let size = run.size as f32;
+        let aimed = THICK.map(|level| level as f32 * size);
+        for first in (0..run.rays).step_by(TILE as usize) {
+            let end = run.rays.min(first + TILE);
+            run_once(&self.ctx, |cmd| {
+                if first == 0 {
+                    cmd.fill_buffer(&results, 0);
+                    cmd.buffer_barrier(&results, Access::TRANSFER_DST, Access::COMPUTE_WRITE);
+                }
+                cmd.bind_pipeline(pipeline);
+                cmd.bind_set(pipeline, 0, &set);
+                let [corners, prisms, edges] = scene.counts;
+                let inner = (run.march.inner * run.mesh.inradius()) as f32 * size;
+                let reals = [size, inner, SCALE as f32 * size, aimed[0], aimed[1], MAP_SIZE].map(f32::to_bits);
+                let mut block = [first, end, run.seed, corners, prisms, edges, 0, 0, 0, 0, 0, 0];
+                block[6..].copy_from_slice(&reals);
+                cmd.push(pipeline, &block);
+                cmd.dispatch((end - first).div_ceil(GROUP), 1, 1);
+                cmd.buffer_barrier(&results, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
+                cmd.buffer_barrier(&results, Access::COMPUTE_WRITE, Access::HOST_READ);
+                Ok(())
+            })
+            .expect("traced");
+        }
+        self.ctx.check_validation().unwrap_or_else(|error| panic!("{error}"));
+        let name = format!("{}, {}, size {}, {:?}, seed {}", run.mesh.name, run.march.name, size, run.range, run.seed);
+        tally.add(&results.read::<u32>().expect("the results"), &name);
+    }
+
+    /// So many rays, spread over every march, mesh, size and range.
+    fn all(&self, marches: &[March], rays: u32, canonical: bool) -> Tally {
+        let mut tally = Tally::default();
+        let meshes = [Mesh::tilted(), Mesh::exact()];
+        let ranges = [Range::Padded, Range::Thick, Range::Mixed];
+        let sets = (meshes.len() * marches.len() * SIZES.len() * ranges.len()) as u64;
+        let mut set = 0;
+        for march in marches {
+            let pipeline = self.pipeline(march);
+            for mesh in &meshes {
+                for (size, range) in SIZES.into_iter().flat_map(|size| ranges.map(|range| (size, range))) {
+                    let until = |set: u64| (u64::from(rays) * set / sets) as u32;
+                    let rays = until(set + 1) - until(set);
+                    let run = Run { mesh, march, size, range, canonical, seed: set as u32, rays };
+                    self.trace(&pipeline, &run, &mut tally);
+                    set += 1;
+                }
+            }
+        }
+        tally
+    }
+}
+
+/// Texels of the rugged map along the mesh.
+const MAP_SIZE: f32 = 12.0;
+
+/// A mesh on the device, as the shader declares it.
+struct Buffers {
+    corners: Buffer,
+    prisms: Buffer,
+    edges: Buffer,
+    counts: [u32; 3],
+}
+
+impl Buffers {
+    fn new(ctx: &Context, run: &Run<'_>) -> Buffers {
+        let Mesh { surface, normals, triangles, .. } = run.mesh;
+        let place = |v: u32, level: f64| (run.size * run.mesh.at(v, level)).as_vec3();
+        let corners: Vec<[[f32; 4]; 2]> = (0..surface.len() as u32)
+            .map(|v| {
+                // Planar, so continuous over the closed mesh.
+                let uv = 0.5 * surface[v as usize].truncate().as_vec2() + 0.5;
+                let normal = normals[v as usize].as_vec3();
+                [place(v, 0.0).extend(uv.x).to_array(), normal.extend(uv.y).to_array()]
+            })
+            .collect();
+        let mut random = Random(run.seed.into());
+        let prisms: Vec<[[u32; 4]; 3]> = triangles
+            .iter()
+            .map(|triangle| {
+                let [low, high] = run.march.levels;
+                let room = 1e-4 * SCALE + 1e-5 * high;
+                let (below, above) = (low - room - THICK[0], THICK[1] - high - room);
+                let [down, up] = match run.range {
+                    Range::Padded => [0.0; 2],
+                    Range::Thick => [1.0; 2],
+                    Range::Mixed => [random.next(), random.next()],
+                };
+                let range = [low - room - down * below, high + room + up * above];
+                let corners = range.map(|level| triangle.map(|v| place(v, level)));
+                let middle = corners.as_flattened().iter().sum::<Vec3>() / 6.0;
+                let radius = corners.as_flattened().iter().map(|c| c.distance(middle)).fold(0.0, f32::max);
+                let descends = |k: usize| u32::from(run.canonical && triangle[(k + 1) % 3] > triangle[(k + 2) % 3]);
+                let [a, b, c] = *triangle;
+                let range = range.map(|level| (run.size * level) as f32);
+                [
+                    [a, b, c, descends(0) | descends(1) << 1 | descends(2) << 2],
+                    [range[0], range[1], 0.0, 0.0].map(f32::to_bits),
+                    middle.extend(radius).to_array().map(f32::to_bits),
+                ]
+            })
+            .collect();
+        let edges = run.mesh.edges();
+        let mut uploader = Uploader::new(ctx).expect("an uploader");
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffers = Buffers {
+            corners: uploader.buffer("corners", usage, &corners).expect("a buffer"),
+            prisms: uploader.buffer("prisms", usage, &prisms).expect("a buffer"),
+            edges: uploader.buffer("edges", usage, &edges).expect("a buffer"),
+            counts: [corners.len(), prisms.len(), edges.len()].map(|n| n as u32),
+        };
+        uploader.finish().expect("uploaded");
+        buffers
+    }
+}
+
+/// Insists that every ray is hit, and that at most `doubles` are hit twice.
+#[track_caller]
+fn hit_once(marches: &[March], rays: u32, doubles: u64) {
+    let tally = Tracer::new().all(marches, rays, true);
+    println!("{}\n{} hits on walls were reported by both prisms", tally.table(), tally.twice);
+    assert_eq!(tally.traced(), u64::from(rays), "every ray is traced");
+    assert!(tally.rays.iter().all(|n| n * 2 > u64::from(rays) / CLASSES as u64), "every class has its share");
+    let shown = tally.bad.iter().take(20).cloned().collect::<Vec<_>>().join("\n");
+    let [missed, doubled] = tally.wrong();
+    assert!(missed == 0 && doubled <= doubles, "misses or doubles\n{}\n{shown}", tally.table());
+    assert_eq!([tally.astray, tally.limits, tally.overflow], [0; 3], "astray, limits reached, no room");
+}
+
+#[test]
+fn a_million_rays_are_hit_once() {
+    hit_once(&CONVEX, 1_000_000, 0);
+}
+
+/// No ray is lost. Where the border of a texel meets a wall, a ray on its way out may still find the surface by rounding: at
+/// most 1 in 100,000, and behind the true hit.
+#[test]
+fn rays_at_a_rugged_surface_are_hit_once() {
+    hit_once(&RUGGED, 300_000, 3);
+}
+
+#[test]
+#[ignore = "takes minutes: tests/run figures"]
+fn ten_million_rays_are_hit_once() {
+    hit_once(&CONVEX, 10_000_000, 0);
+}
+
+/// The test can tell. Were cross products contracted, a wall would look different from its two prisms, and rays would slip
+/// through; unless both evaluate it in canonical order.
+#[test]
+fn the_canonical_order_is_what_keeps_contracted_walls_shut() {
+    let tracer = Tracer::contracted();
+    let walls = |tally: &Tally| {
+        let sum = |counts: &[u64; CLASSES]| counts[..2 * VIEWS.len()].iter().sum::<u64>();
+        [sum(&tally.misses), sum(&tally.doubles)]
+    };
+    let [own, canonical] = [false, true].map(|canonical| {
+        let tally = tracer.all(&CONVEX, 200_000, canonical);
+        println!("canonical order: {canonical}\n{}", tally.table());
+        assert_eq!(tally.traced(), 200_000);
+        walls(&tally)
+    });
+    assert!(own.iter().all(|n| *n > 0), "misses and doubles at walls in each prism's own order: {own:?}");
+    assert_eq!(canonical, [0, 0], "misses and doubles at walls in canonical order");
+}
+
+/// Results that must not be contracted, by opcode, and what they are made of; of a SPIR-V module.
+struct Uncontracted {
+    decorated: HashSet<u32>,
+    /// Result → opcode and operands.
+    results: HashMap<u32, (u32, Vec<u32>)>,
+}
+
+impl Uncontracted {
+    const F_ADD: u32 = 129;
+    const F_SUB: u32 = 131;
+    const F_MUL: u32 = 133;
+
+    fn new(spirv: &[u32]) -> Uncontracted {
+        const HEADER: usize = 5;
+        const OP_DECORATE: u32 = 71;
+        const NO_CONTRACTION: u32 = 42;
+        let mut module = Uncontracted { decorated: HashSet::new(), results: HashMap::new() };
+        let mut rest = &spirv[HEADER..];
+        while let Some(first) = rest.first() {
+            let (instruction, after) = rest.split_at((first >> 16) as usize);
+            match (first & 0xffff, instruction) {
+                (OP_DECORATE, [_, target, NO_CONTRACTION]) => {
+                    module.decorated.insert(*target);
+                }
+                (op @ (Self::F_ADD | Self::F_SUB | Self::F_MUL), [_, _, result, operands @ ..]) => {
+                    module.results.insert(*result, (op, operands.to_vec()));
+                }
+                _ => {}
+            }
+            rest = after;
+        }
+        module
+    }
+
+    /// Whether a result is this operation, decorated, and so are both of its operands.
+    fn is(&self, result: u32, op: u32, operands: impl Fn(u32) -> bool) -> bool {
+        let made = self.results.get(&result);
+        self.decorated.contains(&result) && made.is_some_and(|(o, of)| *o == op && of.iter().all(|x| operands(*x)))
+    }
+
+    /// a.x b.y - a.y b.x
+    fn is_cross(&self, result: u32) -> bool {
+        self.is(result, Self::F_SUB, |x| self.is(x, Self::F_MUL, |_| true))
+    }
+
+    /// Cross products, and sums of two of them: `wall_quadratic` has four and one.
+    fn cross_products_and_sums(&self) -> [usize; 2] {
+        let crosses = self.decorated.iter().filter(|r| self.is_cross(**r)).count();
+        let sums = self.decorated.iter().filter(|r| self.is(**r, Self::F_ADD, |x| self.is_cross(x))).count();
+        [crosses, sums]
+    }
+}
+
+/// "precise" has reached the code that the driver gets: what decides on a wall is not contracted, in any stage.
+#[test]
+fn no_stage_contracts_what_decides_on_walls() {
+    let rig = Rig::new();
+    let scene = rig::asset("torus.gltf");
+    let mut seen = HashSet::new();
+    for stage in rig::STAGES {
+        let easel = rig.easel(&scene, &rig::exact(Shell::Prism, stage), [8, 8]);
+        easel.assert_stage(stage);
+        for shader in easel.shell_shaders() {
+            let module = Uncontracted::new(&shader.spirv);
+            println!("{}: {} results", shader.label(), module.decorated.len());
+            let places = match shader.stage {
+                // Outlines are placed by the same products as the pixels' rays.
+                ShaderStage::Mesh | ShaderStage::Geometry => !module.decorated.is_empty(),
+                ShaderStage::Fragment => {
+                    let [crosses, sums] = module.cross_products_and_sums();
+                    println!("    {crosses} cross products, {sums} sums of two");
+                    crosses >= 4 && sums >= 1
+                }
+                _ => true,
+            };
+            assert!(places, "{} lacks NoContraction", shader.label());
+            if shader.stage == ShaderStage::Fragment {
+                assert_eq!(Uncontracted::new(&without_precise(&shader).spirv).decorated.len(), 0, "it is by 'precise'");
+            }
+            seen.insert((stage == Stage::Mesh, shader.stage));
+        }
+    }
+    for stage in [(true, ShaderStage::Mesh), (true, ShaderStage::Fragment), (false, ShaderStage::Geometry)] {
+        assert!(seen.contains(&stage), "{stage:?} was not looked at");
+    }
+}
+
+/// The same variant, "precise" left out.
+fn without_precise(shader: &Shader) -> Arc<Shader> {
+    let compiler = render::shader_compiler(shader_folder().as_deref()).expect("a compiler");
+    let mut defines: Vec<_> = shader.defines.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    defines.push(("precise", String::new()));
+    compiler.compile(&shader.path, shader.stage, &defines).unwrap_or_else(|error| panic!("{error}"))
+}
