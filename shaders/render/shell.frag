@@ -5,9 +5,6 @@
 #endif
 // The pixel's ray in one prism: exact interval, march, depth of the hit.
 #include "render/interface.glsl"
-#include "render/material.glsl"
-#include "render/brdf.glsl"
-#include "render/output.glsl"
 
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
@@ -15,23 +12,13 @@ layout(set = 1, binding = 3) uniform sampler2D height_map;
 #include "render/pyramid_access.glsl"
 #include "shell/prism.glsl"
 #include "shell/march.glsl"
+#include "render/shell_shade.glsl"
 
 #ifdef MESH_STAGE
 layout(location = 0) perprimitiveEXT flat in uint in_prism;
 #else
 layout(location = 0) flat in uint in_prism;
 #endif
-
-// The raster depth is the prism's nearest: the hit lies at or behind it, which in reversed depth is less.
-layout(depth_less) out float gl_FragDepth;
-
-// Change of the barycentric weights of corners 1 and 2 when a point of the triangle's plane moves by `moved`.
-vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
-    float g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2);
-    float det = g11 * g22 - g12 * g12;
-    vec2 d = vec2(dot(moved, e1), dot(moved, e2));
-    return det > 0.0 ? vec2(g22 * d.x - g12 * d.y, g11 * d.y - g12 * d.x) / det : vec2(0.0);
-}
 
 void main() {
     Object object = objects.item[draw.object];
@@ -78,74 +65,5 @@ void main() {
         discard;
     }
 
-    // The level's triangle and the surface's two tangents there (DESIGN section 4).
-    vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
-    vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
-    vec3 e2 = v[2].position.xyz + hit.t * v[2].shell.xyz - s0;
-    vec3 level_normal = cross(e1, e2);
-    vec3 along = hit.lambda.x * v[0].shell.xyz + hit.lambda.y * v[1].shell.xyz + hit.lambda.z * v[2].shell.xyz;
-    vec3 position = s0 + hit.lambda.y * e1 + hit.lambda.z * e2;
-    vec3 eye = object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
-    vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
-    vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
-    vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
-    float f1 = dot(gradient, uv1), f2 = dot(gradient, uv2);
-    vec3 geometric = level_normal + f1 * cross(along, e2) + f2 * cross(e1, along);
-    vec3 authored = hit.lambda.x * v[0].normal.xyz + hit.lambda.y * v[1].normal.xyz + hit.lambda.z * v[2].normal.xyz;
-    authored = normalize(authored);
-    vec3 normal = length(level_normal) * authored + f1 * cross(authored, e2) + f2 * cross(e1, authored);
-    if (hit.wall >= 0) {
-        // A wall stands on its edge along the shell normals.
-        vec3 edge = hit.wall == 0 ? e2 - e1 : hit.wall == 1 ? e2 : e1;
-        geometric = cross(edge, along);
-        normal = geometric;
-    }
-    geometric *= dot(geometric, eye) < 0.0 ? -1.0 : 1.0;
-    normal *= dot(normal, hit.wall >= 0 ? eye : geometric) < 0.0 ? -1.0 : 1.0;
-    normal = normalize(normal);
-
-    // One pixel right and one down on the level's plane: the textures take the gradients of the un-displaced surface.
-    // row . moved = w * (change of ndc) within the plane and with the other row's product zero.
-    float w = dot(object.clip_w.xyz, position) + object.clip_w.w;
-    vec3 row_x = object.clip_x.xyz - ndc.x * object.clip_w.xyz, row_y = object.clip_y.xyz - ndc.y * object.clip_w.xyz;
-    vec3 across = cross(row_y, level_normal), down = cross(level_normal, row_x);
-    // A plane seen edge-on has no footprint: foreshortening is cut at about 1:20.
-    float least = 0.05 * length(row_x) * length(row_y) * length(level_normal);
-    float volume = dot(row_x, across);
-    volume = volume < 0.0 ? min(volume, -least) : max(volume, least);
-    across *= 2.0 * frame.viewport.z * w / volume;
-    down *= 2.0 * frame.viewport.w * w / volume;
-    vec2 step_x = barycentric_step(across, e1, e2);
-    vec2 step_y = barycentric_step(down, e1, e2);
-    TexturePoint at[2];
-    for (int i = 0; i < 2; ++i) {
-        vec2 a = i == 0 ? v[0].uvs.xy : v[0].uvs.zw;
-        vec2 b = (i == 0 ? v[1].uvs.xy : v[1].uvs.zw) - a;
-        vec2 c = (i == 0 ? v[2].uvs.xy : v[2].uvs.zw) - a;
-        at[i] = TexturePoint(a + hit.lambda.y * b + hit.lambda.z * c, step_x.x * b + step_x.y * c,
-                             step_y.x * b + step_y.y * c);
-    }
-    MaterialPoint m = material_at(at);
-#ifdef ALPHA_MASK
-    if (m.base_color.a < material.emissive.w) {
-        discard;
-    }
-#endif
-#ifdef NORMAL_UV
-    vec4 tangent = hit.lambda.x * v[0].tangent + hit.lambda.y * v[1].tangent + hit.lambda.z * v[2].tangent;
-    normal = mapped_normal(m.normal, normal, tangent);
-#endif
-
-    Surface surface;
-    surface.position = transform_point(object.world_x, object.world_y, object.world_z, position);
-    surface.view = normalize(object.eye.w != 0.0 ? -surface.position : -frame.forward.xyz);
-    surface.normal = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, normal));
-    surface.geometric = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, geometric));
-    surface.base_color = m.base_color.rgb;
-    surface.metallic = m.metallic;
-    surface.roughness = m.roughness;
-    surface.occlusion = m.occlusion;
-    surface.emissive = m.emissive;
-    gl_FragDepth = buffer_depth(hit.depth);
-    write_outputs(surface, 1.0, at[AOV_UV].uv, hit.depth, hit.t / settings.scale + settings.midlevel);
+    shade_hit(object, v, ndc, prism, settings, hit);
 }
