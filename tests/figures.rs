@@ -34,7 +34,7 @@ const SCENES: [&str; 10] = [
     "stability_inside",
 ];
 /// The shells.
-const SHELLS: [Shell; 1] = [Shell::Prism];
+const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
 
 /// 99 % of the pixels are this near to the truth, in pixel footprints.
 const DEPTH_P99: f64 = 0.05;

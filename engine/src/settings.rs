@@ -24,6 +24,8 @@ pub enum Shell {
     Off,
     /// Every displaced triangle becomes a prism; the fragment clips its ray to it.
     Prism,
+    /// The outside of the shell is drawn; the fragment walks from prism to prism.
+    Walk,
 }
 
 /// How a ray finds the height field.
@@ -162,7 +164,7 @@ macro_rules! names {
 }
 
 names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
-names!(Shell { Auto = "auto", Off = "off", Prism = "prism" });
+names!(Shell { Auto = "auto", Off = "off", Prism = "prism", Walk = "walk" });
 names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief", Exact = "exact" });
 names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
 names!(SelfShadow { Off = "off", Hard = "hard" });

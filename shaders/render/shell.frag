@@ -12,6 +12,7 @@ layout(set = 1, binding = 3) uniform sampler2D height_map;
 #include "render/pyramid_access.glsl"
 #include "shell/prism.glsl"
 #include "shell/march.glsl"
+#include "render/march_settings.glsl"
 #include "render/shell_shade.glsl"
 
 #ifdef MESH_STAGE
@@ -45,15 +46,7 @@ void main() {
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;
     prism.plain = bitfieldExtract(data.corners.w, 12, 1) != 0u;
-    MarchSettings settings;
-    settings.scale = material.displacement.x;
-    settings.midlevel = material.displacement.y;
-    settings.min_steps = int(material.march.x);
-    settings.max_steps = int(material.march.y);
-    settings.refine_steps = int(material.march.z);
-    settings.map_size = vec2(textureSize(height_map, 0));
-    settings.two_sided = (material.march.w & 1u) != 0u;
-    settings.step_limit = int(material.march.w >> 1);
+    MarchSettings settings = march_settings();
 
     ShellHit hit = prism_trace(projected, prism, settings, depth, slope, frame.lens.z, object.handedness.x);
 #ifdef COUNT_LIMITS

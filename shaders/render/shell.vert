@@ -1,8 +1,8 @@
 #version 460
 // One point a prism; the geometry stage fetches the rest by id.
-layout(location = 0) flat out uint out_prism;
+layout(location = 0) flat out uint out_item;
 
 void main() {
-    out_prism = gl_VertexIndex;
+    out_item = gl_VertexIndex;
     gl_Position = vec4(0.0);
 }

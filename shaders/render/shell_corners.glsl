@@ -4,21 +4,53 @@
 
 #include "shell/outline.glsl"
 
+#ifdef WALK_BORDERS
+// Prisms that a ray may enter from outside the shell, then all others, which matter where the near plane cuts them.
+layout(std430, set = 1, binding = 12) readonly buffer BorderBlock { uint item[]; } borders;
+// A walk meets a border up to the lid and down to the base.
+const int LEVELS = 2;
+#else
+const int LEVELS = 0;
+#endif
+
 // Clip x, y, w and view depth of the six corners: three at the lowest level, three at the highest.
 void prism_corners(Object object, PrismData data, out vec4 corners[6]) {
     for (int k = 0; k < 3; ++k) {
         Vertex vertex = vertices.item[data.corners[k]];
         for (int level = 0; level < 2; ++level) {
-            vec3 at = vertex.position.xyz + data.range[level] * vertex.shell.xyz;
+            vec3 at = vertex.position.xyz + data.range[LEVELS + level] * vertex.shell.xyz;
             vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, at);
             corners[3 * level + k] = vec4(clip, dot(object.depth.xyz, at) + object.depth.w);
         }
     }
 }
 
-Outline outline_of(uint prism) {
+// The prism that the draw's item `index` stands for.
+uint outlined_prism(uint index) {
+#ifdef WALK_BORDERS
+    return borders.item[index];
+#else
+    return index;
+#endif
+}
+
+// The outline of the draw's item `index`.
+Outline outline_of(uint index) {
     vec4 corners[6];
-    prism_corners(objects.item[draw.object], prisms.item[prism], corners);
+    prism_corners(objects.item[draw.object], prisms.item[outlined_prism(index)], corners);
+#ifdef WALK_BORDERS
+    if (index >= draw.border_count) {
+        float nearest = corners[0].w;
+        for (int i = 1; i < 6; ++i) {
+            nearest = min(nearest, corners[i].w);
+        }
+        if (nearest >= frame.lens.z) {
+            Outline nothing;
+            nothing.count = 0;
+            return nothing;
+        }
+    }
+#endif
     return prism_outline(corners, frame.lens.z, 2.0 * frame.viewport.zw);
 }
 

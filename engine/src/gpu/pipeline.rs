@@ -54,6 +54,8 @@ pub struct GraphicsDesc<'a> {
     pub polygon_mode: vk::PolygonMode,
     /// Straight alpha over what is there, else replaced.
     pub blend: bool,
+    /// Constant and slope factor of a bias added to each triangle's depth.
+    pub depth_bias: Option<[f32; 2]>,
 }
 
 impl Default for GraphicsDesc<'_> {
@@ -70,6 +72,7 @@ impl Default for GraphicsDesc<'_> {
             samples: vk::SampleCountFlags::TYPE_1,
             polygon_mode: vk::PolygonMode::FILL,
             blend: false,
+            depth_bias: None,
         }
     }
 }
@@ -98,11 +101,14 @@ impl Pipeline {
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        let mut raster = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(desc.polygon_mode)
             .cull_mode(desc.cull)
             .front_face(desc.front_face)
             .line_width(1.0);
+        if let Some([constant, slope]) = desc.depth_bias {
+            raster = raster.depth_bias_enable(true).depth_bias_constant_factor(constant).depth_bias_slope_factor(slope);
+        }
         let multisample = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(desc.samples);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(desc.depth.test)

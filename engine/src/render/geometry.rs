@@ -1,12 +1,13 @@
 //! A primitive as the shaders read it: vertices, prisms, indices, material.
 
-use glam::{DAffine2, DVec3, UVec4, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
 
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
+use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
 use crate::scene::{Material, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
-use crate::shell::prisms::{self, Prism};
+use crate::shell::{prisms, walk::WalkGeometry};
 
 /// Height of a surface that no map displaces (DESIGN section 3, `height.H`).
 const DEFAULT_MIDLEVEL: f64 = 0.5;
@@ -21,8 +22,42 @@ pub struct PrimitiveData {
     pub indices: Vec<[u32; 3]>,
     /// Prisms.
     pub prisms: Vec<PrismData>,
+    /// What the walk needs besides.
+    pub walk: Option<WalkData>,
+    /// Half extents of a box around `center` that holds the primitive with all levels of its shell.
+    pub extent: DVec3,
     /// Material.
     pub material: GpuMaterial,
+}
+
+/// The walk's buffers.
+pub struct WalkData {
+    /// Neighbour across each wall of each prism.
+    pub adjacency: Vec<u32>,
+    /// Base and lid level of each vertex.
+    pub lids: Vec<Vec2>,
+    /// Prisms in the order of [`WalkGeometry::borders`].
+    pub borders: Vec<u32>,
+    /// How many of them are borders.
+    pub border_count: u32,
+    /// Whether bases may be seen from outside.
+    pub open: bool,
+    /// The lids' meshlets.
+    pub meshlets: Meshlets,
+}
+
+impl WalkData {
+    fn new(primitive: &Primitive, planned: &PlannedPrimitive, walk: &WalkGeometry) -> Self {
+        let displaced = (0..primitive.triangles.len()).filter(|t| !planned.shell.prisms[*t].plain);
+        WalkData {
+            adjacency: walk.neighbours.as_flattened().to_vec(),
+            lids: walk.lids.iter().map(|levels| DVec2::from_array(*levels).as_vec2()).collect(),
+            borders: walk.borders.clone(),
+            border_count: walk.border_count,
+            open: walk.is_open(),
+            meshlets: meshlets::build(&primitive.positions, &primitive.triangles, displaced),
+        }
+    }
 }
 
 impl PrimitiveData {
@@ -30,7 +65,6 @@ impl PrimitiveData {
     pub fn new(scene: &Scene, planned: &PlannedPrimitive, settings: &Settings) -> Self {
         let primitive = source(scene, planned);
         let material = &scene.materials[primitive.material];
-        let mesh = &scene.meshes[planned.mesh];
         let displacement = prisms::displacement(scene, primitive);
         let center = center(&primitive.positions);
         let height_uv = match &displacement {
@@ -40,12 +74,11 @@ impl PrimitiveData {
         let uv = |set: usize, v: usize| primitive.uvs[set].get(v).copied().unwrap_or_default();
         let vertices = (0..primitive.positions.len())
             .map(|v| {
-                let shell = mesh.shell_normals[primitive.weld[v] as usize] * planned.factors[v];
                 let height_uv = height_uv.get(v).copied().unwrap_or_default();
                 let (uv0, uv1) = (uv(0, v), uv(1, v));
                 Vertex {
                     position: (primitive.positions[v].as_dvec3() - center).as_vec3().extend(0.0),
-                    shell: shell.as_vec3().extend(height_uv.x),
+                    shell: planned.shell_normals[v].extend(height_uv.x),
                     normal: primitive.normals[v].extend(height_uv.y),
                     tangent: primitive.tangents.get(v).copied().unwrap_or_default(),
                     uvs: Vec4::new(uv0.x, uv0.y, uv1.x, uv1.y),
@@ -53,7 +86,8 @@ impl PrimitiveData {
             })
             .collect();
         let traced = planned.shell.is_displaced();
-        let indices = if traced { Vec::new() } else { primitive.triangles.clone() };
+        // The geometry stage makes lids of them.
+        let indices = if traced && planned.walk.is_none() { Vec::new() } else { primitive.triangles.clone() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
             let (low, high) = scene.displacement_range(primitive);
@@ -66,7 +100,9 @@ impl PrimitiveData {
             center,
             vertices,
             indices,
-            prisms: planned.shell.prisms.iter().filter(|_| traced).map(gpu_prism).collect(),
+            prisms: (0..planned.shell.prisms.len()).filter(|_| traced).map(|p| gpu_prism(planned, p)).collect(),
+            walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
+            extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
             material: data,
         }
     }
@@ -88,18 +124,33 @@ fn uv_bounds(primitive: &Primitive, uv: &[Vec2]) -> [Vec2; 2] {
     used.fold([Vec2::INFINITY, Vec2::NEG_INFINITY], |[low, high], uv| [low.min(uv), high.max(uv)])
 }
 
-fn gpu_prism(prism: &Prism) -> PrismData {
+/// See [`PrimitiveData::extent`].
+fn extent(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, (low, high): (f64, f64)) -> DVec3 {
+    let reach = low.abs().max(high.abs());
+    let corners = primitive.positions.iter().zip(&planned.shell_normals);
+    corners.fold(DVec3::ZERO, |extent, (position, normal)| {
+        extent.max((position.as_dvec3() - center).abs() + reach * normal.as_dvec3().abs())
+    })
+}
+
+fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
+    let prism = &planned.shell.prisms[index];
     let mut packed = 0;
     for k in 0..3 {
         packed |= (prism.walls[k] as u32) << (3 * k);
         packed |= u32::from(prism.descending[k]) << (9 + k);
     }
     packed |= u32::from(prism.plain) << 12;
+    let mut reach = [0.0; 2];
+    if let Some(walk) = &planned.walk {
+        packed |= u32::from(walk.irregular[index]) << 13;
+        reach = walk.reach[index];
+    }
     let [a, b, c] = prism.corners;
     let [low, high] = prism.range;
     PrismData {
         corners: UVec4::new(a, b, c, packed),
-        range: Vec4::new(low as f32, high as f32, 0.0, 0.0),
+        range: Vec4::new(low as f32, high as f32, reach[0] as f32, reach[1] as f32),
         neighbour_uv: prism.neighbour_uv.map(|[first, second]| Vec4::new(first.x, first.y, second.x, second.y)),
     }
 }

@@ -133,9 +133,10 @@ shared! {
     }
     /// One prism.
     PrismData {
-        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain.
+        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain,
+        /// then 1 if irregular (walk).
         corners: UVec4,
-        /// Lowest and highest level.
+        /// Lowest and highest level of its surface and steps; for the walk, least base and greatest lid of its corners.
         range: Vec4,
         /// Height map coordinates across wall k, at its canonical first and second corner.
         neighbour_uv: [Vec4; 3],
@@ -169,8 +170,14 @@ shared! {
     Draw {
         /// Index of the object.
         object: u32,
-        /// Prisms of the draw (mesh stage).
+        /// Items of the draw: prisms, or those of the list of borders.
+        count: u32,
+        /// Prisms of the primitive: what a walk can cross.
         prism_count: u32,
+        /// Borders that are drawn wherever the near plane is.
+        border_count: u32,
+        /// 1 where bases are drawn beside lids.
+        bases: u32,
     }
 }
 

@@ -4,6 +4,7 @@
 mod aov;
 mod geometry;
 pub mod layout;
+mod meshlets;
 pub mod plan;
 mod pyramid;
 mod resources;
@@ -36,6 +37,10 @@ const PRISMS_PER_GROUP: u32 = 24;
 
 /// Depth: 32 bits, reversed, so that f32's precision near 0 serves the distance.
 const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
+/// Lids and bases come nearer by a pixel of their slope and some ulp: the rasteriser's own depth may then promise that
+/// no hit lies before it, though it moves corners to its grid.
+const LID_DEPTH_BIAS: [f32; 2] = [64.0, 1.0];
 
 /// Scene-linear colour behind everything, before tone mapping.
 const BACKGROUND: [f32; 4] = [0.05, 0.06, 0.075, 1.0];
@@ -210,6 +215,15 @@ impl Renderer {
             .iter()
             .map(|draw| view.object(&self.transforms[draw.instance], self.primitives[draw.primitive].center))
             .collect();
+        let cut: Vec<_> = self
+            .plan
+            .draws
+            .iter()
+            .map(|draw| {
+                let primitive = &self.primitives[draw.primitive];
+                view.near_plane_meets(&self.transforms[draw.instance], primitive.center, primitive.extent)
+            })
+            .collect();
         let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
         self.slots[slot].write(&view.frame(lights.len()), &objects, &lights)?;
         for draw in &self.plan.draws {
@@ -224,7 +238,7 @@ impl Renderer {
             aov.begin(cmd);
         }
         // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
-        let is_shell = |draw: &Draw| matches!(draw.variant.geometry, Geometry::Shell(_));
+        let is_shell = |draw: &Draw| draw.variant.geometry.stage().is_some();
         let (shells, surfaces): (Vec<_>, Vec<_>) =
             (0..self.plan.draws.len()).partition(|i| is_shell(&self.plan.draws[*i]));
         let mut clear = true;
@@ -242,7 +256,7 @@ impl Renderer {
             }
             self.begin_pass(cmd, name, target, clear);
             for index in draws {
-                self.record_draw(cmd, slot, index, &self.plan.draws[index]);
+                self.record_draw(cmd, slot, index, &self.plan.draws[index], cut[index]);
             }
             cmd.end_rendering();
             if let Some(timers) = timers.as_deref_mut() {
@@ -266,22 +280,38 @@ impl Renderer {
         cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent: target.extent() });
     }
 
-    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, draw: &Draw) {
+    /// `cut`: the near plane may lie within the shell or under it.
+    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, draw: &Draw, cut: bool) {
         let pipeline = &self.pipelines[&draw.variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
         cmd.bind_set(pipeline, 0, self.slots[slot].set(&draw.variant));
         cmd.bind_set(pipeline, 1, &self.sets[index]);
-        cmd.push(pipeline, &layout::Draw { object: index as u32, prism_count: draw.range.end });
+        let prism_count = draw.range.end;
+        let mut push =
+            layout::Draw { object: index as u32, count: prism_count, prism_count, border_count: 0, bases: 0 };
+        if let Some(walk) = &primitive.walk {
+            push.border_count = walk.border_count;
+            push.bases = u32::from(walk.open || cut);
+            if matches!(draw.variant.geometry, Geometry::Borders(_)) && !cut {
+                push.count = walk.border_count;
+            }
+        }
+        cmd.push(pipeline, &push);
         match draw.variant.geometry {
-            Geometry::Surface => {
+            Geometry::Lids(Stage::Mesh) => {
+                cmd.draw_mesh_tasks(primitive.walk.as_ref().map_or(0, |walk| walk.meshlets), 1, 1);
+            }
+            Geometry::Surface | Geometry::Lids(_) => {
                 if let Some(indices) = &primitive.indices {
                     cmd.bind_index_buffer(indices, vk::IndexType::UINT32);
                     cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
                 }
             }
-            Geometry::Shell(Stage::Mesh) => cmd.draw_mesh_tasks(draw.range.end.div_ceil(PRISMS_PER_GROUP), 1, 1),
-            Geometry::Shell(_) => cmd.draw(draw.range.end, 1, 0, 0),
+            Geometry::Shell(Stage::Mesh) | Geometry::Borders(Stage::Mesh) => {
+                cmd.draw_mesh_tasks(push.count.div_ceil(PRISMS_PER_GROUP), 1, 1);
+            }
+            Geometry::Shell(_) | Geometry::Borders(_) => cmd.draw(push.count, 1, 0, 0),
         }
     }
 
@@ -341,8 +371,8 @@ impl Renderer {
         if self.output.aov {
             color_formats.extend(AovTargets::FORMATS);
         }
-        let shell = matches!(variant.geometry, Geometry::Shell(_));
-        let cull = if shell || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
+        let outlines = matches!(variant.geometry, Geometry::Shell(_) | Geometry::Borders(_));
+        let cull = if outlines || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
         let front_face = if variant.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
         Pipeline::graphics(
             &self.ctx,
@@ -354,10 +384,15 @@ impl Renderer {
                 depth: DepthState { test: true, write: true, compare: vk::CompareOp::GREATER },
                 cull,
                 front_face,
-                topology: if shell { vk::PrimitiveTopology::POINT_LIST } else { vk::PrimitiveTopology::TRIANGLE_LIST },
+                topology: if outlines {
+                    vk::PrimitiveTopology::POINT_LIST
+                } else {
+                    vk::PrimitiveTopology::TRIANGLE_LIST
+                },
                 samples: vk::SampleCountFlags::TYPE_1,
                 polygon_mode: vk::PolygonMode::FILL,
                 blend: false,
+                depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
             },
         )
     }

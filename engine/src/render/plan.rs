@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use glam::Vec3;
+
 use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
-use crate::shell::{certificate, prisms, prisms::ShellGeometry};
+use crate::shell::{certificate, prisms, prisms::ShellGeometry, walk::WalkGeometry};
 
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
 #[derive(Clone, Debug)]
@@ -29,8 +31,10 @@ pub struct PlannedPrimitive {
     pub primitive: usize,
     /// Prisms, and the triangles that stay plain; empty without displacement or without a shell.
     pub shell: ShellGeometry,
-    /// r of each of its vertices (DESIGN section 1).
-    pub factors: Vec<f64>,
+    /// Adjacency and bounds, where the shell is walked.
+    pub walk: Option<WalkGeometry>,
+    /// Shell normal times r of each of its vertices (DESIGN section 1).
+    pub shell_normals: Vec<Vec3>,
 }
 
 /// The plan.
@@ -58,29 +62,29 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
-    let shell = settings.resolved_shell() != Shell::Off;
     let mut plan = Plan::default();
     // First planned primitive of each mesh.
     let mut first = vec![None; scene.meshes.len()];
     for (index, instance) in scene.instances.iter().enumerate() {
-        let start = *first[instance.mesh].get_or_insert_with(|| plan_mesh(scene, instance.mesh, shell, &mut plan));
+        let start = *first[instance.mesh].get_or_insert_with(|| plan_mesh(scene, instance.mesh, settings, &mut plan));
         for offset in 0..scene.meshes[instance.mesh].primitives.len() {
             plan_draws(scene, settings, stage, aov, index, instance, start + offset, &mut plan);
         }
     }
-    if plan.draws.iter().any(|d| matches!(d.variant.geometry, Geometry::Shell(_))) {
+    if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
     plan
 }
 
 /// Plans a mesh's primitives and returns the index of the first.
-fn plan_mesh(scene: &Scene, index: usize, shell: bool, plan: &mut Plan) -> usize {
+fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) -> usize {
     let start = plan.primitives.len();
     let mesh = &scene.meshes[index];
     let mut shells = vec![ShellGeometry::default(); mesh.primitives.len()];
     let mut factors = vec![0.0; mesh.shell_normals.len()];
-    if shell && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
+    let shell = settings.resolved_shell();
+    if shell != Shell::Off && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
         let folds = certificate::mesh_folds(scene, mesh);
         if !folds.reduced.is_empty() {
             plan.notices.push(format!(
@@ -93,9 +97,13 @@ fn plan_mesh(scene: &Scene, index: usize, shell: bool, plan: &mut Plan) -> usize
         shells = prisms::build(scene, mesh, &folds.factors);
         factors = folds.factors;
     }
-    for (p, shell) in shells.into_iter().enumerate() {
-        let factors = mesh.primitives[p].weld.iter().map(|w| factors[*w as usize]).collect();
-        plan.primitives.push(PlannedPrimitive { mesh: index, primitive: p, shell, factors });
+    for (p, geometry) in shells.into_iter().enumerate() {
+        let primitive = &mesh.primitives[p];
+        let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
+        let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
+        let walks = shell == Shell::Walk && geometry.is_displaced();
+        let walk = walks.then(|| WalkGeometry::new(primitive, &shell_normals, &geometry));
+        plan.primitives.push(PlannedPrimitive { mesh: index, primitive: p, shell: geometry, walk, shell_normals });
     }
     start
 }
@@ -135,9 +143,14 @@ fn plan_draws(
     };
     if let Some(displacement) = shell {
         let height = Some(height(&displacement, settings, true));
-        let geometry = Geometry::Shell(stage);
-        let variant = Variant { geometry, height, mirrored: false, double_sided: false, ..plain };
-        push(variant, 0..prisms);
+        let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
+        if geometry.walk.is_some() {
+            // Front faces only: a lid seen from behind is where rays leave.
+            push(Variant { geometry: Geometry::Lids(stage), height, double_sided: false, ..plain }, 0..prisms);
+            push(Variant { geometry: Geometry::Borders(stage), ..outlines }, 0..prisms);
+        } else {
+            push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
+        }
     } else {
         let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement

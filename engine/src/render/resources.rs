@@ -4,7 +4,7 @@ use std::collections::{HashMap, hash_map::Entry};
 
 use glam::DVec3;
 
-use super::geometry::PrimitiveData;
+use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
 use super::pyramid;
@@ -181,6 +181,42 @@ pub struct Primitive {
     vertices: Buffer,
     prisms: Option<Buffer>,
     material: Buffer,
+    /// What the walk needs besides.
+    pub walk: Option<Walk>,
+    /// Half extents of a box around `center` that holds all of it, shell included.
+    pub extent: DVec3,
+}
+
+/// A walked primitive's buffers, by their names in the shaders.
+pub struct Walk {
+    buffers: Vec<(&'static str, Buffer)>,
+    /// Meshlets of its lids.
+    pub meshlets: u32,
+    /// Borders in its list of prisms.
+    pub border_count: u32,
+    /// Whether bases may be seen from outside.
+    pub open: bool,
+}
+
+impl Walk {
+    fn new(uploader: &mut Uploader, name: &str, data: &WalkData) -> Result<Self> {
+        let mut buffers = Vec::new();
+        let mut upload = |what: &'static str, bytes: &[u8]| {
+            if !bytes.is_empty() {
+                let buffer = uploader.buffer(&format!("{name} {what}"), vk::BufferUsageFlags::STORAGE_BUFFER, bytes)?;
+                buffers.push((what, buffer));
+            }
+            Ok(())
+        };
+        upload("adjacency", bytemuck::cast_slice(&data.adjacency))?;
+        upload("lids", bytemuck::cast_slice(&data.lids))?;
+        upload("borders", bytemuck::cast_slice(&data.borders))?;
+        upload("meshlets", bytemuck::cast_slice(&data.meshlets.meshlets))?;
+        upload("meshlet_vertices", bytemuck::cast_slice(&data.meshlets.vertices))?;
+        upload("meshlet_triangles", bytemuck::cast_slice(&data.meshlets.triangles))?;
+        let meshlets = data.meshlets.meshlets.len() as u32;
+        Ok(Walk { buffers, meshlets, border_count: data.border_count, open: data.open })
+    }
 }
 
 /// Uploads the primitives of a plan.
@@ -200,8 +236,11 @@ pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) ->
             let prisms = (!data.prisms.is_empty())
                 .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
                 .transpose()?;
+            let walk = data.walk.as_ref().map(|walk| Walk::new(&mut uploader, &name, walk)).transpose()?;
             Ok(Primitive {
                 center: data.center,
+                walk,
+                extent: data.extent,
                 indices,
                 vertices: uploader.buffer(&format!("{name} vertices"), U::STORAGE_BUFFER, &data.vertices)?,
                 prisms,
@@ -228,6 +267,9 @@ impl Primitive {
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        if let Some(walk) = &self.walk {
+            bindings.extend(walk.buffers.iter().map(|(name, buffer)| (*name, Binding::Buffer(buffer))));
+        }
         // Optional: the compiler drops what a variant's optimised code does not read.
         DescriptorSet::with_optional(ctx, pipeline, 1, &[], &bindings)
     }

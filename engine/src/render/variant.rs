@@ -20,6 +20,20 @@ pub enum Geometry {
     Surface,
     /// Prism outlines from the stage named ([`Stage::Auto`] never stands here).
     Shell(Stage),
+    /// The walk's lids and bases.
+    Lids(Stage),
+    /// Outlines of the prisms that a walk may begin in otherwise than through a lid or base.
+    Borders(Stage),
+}
+
+impl Geometry {
+    /// The stage that makes a shell; none for the base surface.
+    pub fn stage(self) -> Option<Stage> {
+        match self {
+            Geometry::Surface => None,
+            Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
+        }
+    }
 }
 
 /// The height map's part in a variant.
@@ -69,6 +83,16 @@ impl Variant {
         match self.geometry {
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
+            Geometry::Borders(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
+            Geometry::Lids(Stage::Mesh) => &[("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
+            Geometry::Lids(_) => {
+                &[("render/lids.vert", S::Vertex), ("render/lids.geom", S::Geometry), ("render/walk.frag", S::Fragment)]
+            }
+            Geometry::Borders(_) => &[
+                ("render/shell.vert", S::Vertex),
+                ("render/shell.geom", S::Geometry),
+                ("render/walk.frag", S::Fragment),
+            ],
             Geometry::Shell(_) => &[
                 ("render/shell.vert", S::Vertex),
                 ("render/shell.geom", S::Geometry),
@@ -82,8 +106,14 @@ impl Variant {
         match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
-            (Geometry::Shell(_), height) => {
-                format!("shell {}", height.map_or(March::None, |height| height.march))
+            (geometry, height) => {
+                let march = height.map_or(March::None, |height| height.march);
+                let part = match geometry {
+                    Geometry::Lids(_) => " walk lids",
+                    Geometry::Borders(_) => " walk borders",
+                    _ => "",
+                };
+                format!("shell{part} {march}")
             }
         }
     }
@@ -96,7 +126,9 @@ impl Variant {
                 defines.push((name, String::new()));
             }
         };
-        flag("MESH_STAGE", self.geometry == Geometry::Shell(Stage::Mesh));
+        flag("MESH_STAGE", self.geometry.stage() == Some(Stage::Mesh));
+        flag("WALK_LIDS", matches!(self.geometry, Geometry::Lids(_)));
+        flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);

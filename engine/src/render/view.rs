@@ -25,6 +25,8 @@ pub struct View {
     /// (scale, offset, near, far) of [`Frame::lens`].
     lens: [f64; 4],
     extent: [u32; 2],
+    /// Corners of the near plane's window, world.
+    near_corners: [DVec3; 4],
 }
 
 impl View {
@@ -50,7 +52,14 @@ impl View {
         };
         // Rows x, y, clip w, view depth.
         let projection = DMat4::from_cols(x, y, w, row(forward, 1.0)).transpose();
-        View { position: camera.transform.translation, forward, projection, perspective, lens, extent }
+        let half_height = match camera.projection {
+            Projection::Perspective { fov_y, near, .. } => near * (0.5 * fov_y).tan(),
+            Projection::Orthographic { y_mag, .. } => y_mag,
+        };
+        let position = camera.transform.translation;
+        let near_corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
+            .map(|[x, y]| position + lens[2] * forward + half_height * (x * aspect * right + y * up));
+        View { position, forward, projection, perspective, lens, extent, near_corners }
     }
 
     /// The frame's uniform block.
@@ -98,6 +107,18 @@ impl View {
             eye,
             handedness: Vec4::new(det.signum() as f32, 0.0, 0.0, 0.0),
         }
+    }
+
+    /// Whether the near plane's window may meet a box of half extents `extent` around `center`, in the mesh space of
+    /// `transform`.
+    pub fn near_plane_meets(&self, transform: &DAffine3, center: DVec3, extent: DVec3) -> bool {
+        let inverse = transform.inverse();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for corner in self.near_corners {
+            let corner = inverse.transform_point3(corner) - center;
+            (low, high) = (low.min(corner), high.max(corner));
+        }
+        low.cmple(extent).all() && high.cmpge(-extent).all()
     }
 
     /// A light, camera-relative.

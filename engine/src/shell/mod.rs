@@ -5,3 +5,4 @@ pub mod bounds;
 pub mod certificate;
 pub mod prisms;
 pub mod reference;
+pub mod walk;

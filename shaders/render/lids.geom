@@ -1,0 +1,38 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// A triangle's lid and, where one may be seen, its base: at most 6 vertices of 6 components.
+#include "render/lids.glsl"
+
+layout(triangles) in;
+layout(triangle_strip, max_vertices = 6) out;
+
+layout(location = 0) in vec4 in_lid[];
+layout(location = 1) in vec4 in_base[];
+layout(location = 2) in vec2 in_levels[];
+
+layout(location = 0) flat out uint out_prism;
+layout(location = 1) out float out_level;
+
+void main() {
+    uint prism = uint(gl_PrimitiveIDIn);
+    if (bitfieldExtract(prisms.item[prism].corners.w, 12, 1) != 0u) {
+        return;
+    }
+    for (int i = 0; i < 3; ++i) {
+        out_prism = prism;
+        out_level = in_levels[i].y;
+        gl_Position = in_lid[i];
+        EmitVertex();
+    }
+    EndPrimitive();
+    if (draw.bases == 0u) {
+        return;
+    }
+    for (int i = 2; i >= 0; --i) {
+        out_prism = prism | IS_BASE;
+        out_level = in_levels[i].x;
+        gl_Position = in_base[i];
+        EmitVertex();
+    }
+    EndPrimitive();
+}

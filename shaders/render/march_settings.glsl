@@ -1,0 +1,21 @@
+// The march's settings out of the material's block.
+#ifndef RENDER_MARCH_SETTINGS_GLSL
+#define RENDER_MARCH_SETTINGS_GLSL
+
+#include "render/interface.glsl"
+#include "shell/march.glsl"
+
+MarchSettings march_settings() {
+    MarchSettings settings;
+    settings.scale = material.displacement.x;
+    settings.midlevel = material.displacement.y;
+    settings.min_steps = int(material.march.x);
+    settings.max_steps = int(material.march.y);
+    settings.refine_steps = int(material.march.z);
+    settings.map_size = vec2(textureSize(height_map, 0));
+    settings.two_sided = (material.march.w & 1u) != 0u;
+    settings.step_limit = int(material.march.w >> 1);
+    return settings;
+}
+
+#endif

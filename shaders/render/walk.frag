@@ -1,0 +1,82 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#ifdef MESH_STAGE
+#extension GL_EXT_mesh_shader : require
+#endif
+// The pixel's ray through the shell, from the lid, base or border that the raster names to its first hit.
+#include "render/interface.glsl"
+
+layout(set = 1, binding = 3) uniform sampler2D height_map;
+#define HEIGHT_MAP height_map
+#include "shell/height.glsl"
+#include "render/pyramid_access.glsl"
+#include "shell/prism.glsl"
+#include "shell/march.glsl"
+#include "render/march_settings.glsl"
+#include "render/walk_access.glsl"
+#include "shell/walk.glsl"
+#ifdef WALK_BORDERS
+#include "render/walk_border.glsl"
+#endif
+#include "render/shell_shade.glsl"
+
+#ifdef MESH_STAGE
+layout(location = 0) perprimitiveEXT flat in uint in_prism;
+#else
+layout(location = 0) flat in uint in_prism;
+#endif
+#ifdef WALK_LIDS
+layout(location = 1) in float in_level;
+#endif
+
+void main() {
+    Object object = objects.item[draw.object];
+    vec2 ndc = gl_FragCoord.xy * frame.viewport.zw * 2.0 - 1.0;
+    WalkRay ray = WalkRay(object.clip_x - ndc.x * object.clip_w, object.clip_y - ndc.y * object.clip_w,
+                          object.handedness.x);
+    MarchSettings settings = march_settings();
+    int limit = 64 + 2 * int(draw.prism_count);
+    WalkHit hit;
+#ifdef WALK_LIDS
+    // Bit 31: the base, else the lid.
+    uint prism = in_prism & 0x7fffffffu;
+    bool base = in_prism != prism;
+    Standing at = walk_stand(ray, prism, 2);
+    vec4 range = walk_range(prism);
+    vec3 weights = walk_weights(at, in_level);
+    float travel = weights.x + weights.y + weights.z < 0.0 ? -ray.handedness : ray.handedness;
+    // A little before the ray meets it. Lids are planar between corners at different levels, walls are not: the meeting
+    // may lie in a neighbour, and its level is known to second order only.
+    float slack = 0.25 * (base ? range.x - range.z : range.w - range.y);
+    WalkStart start = walk_locate(ray, clamp(in_level - travel * slack, range.z, range.w), at);
+    if (!start.found) {
+        discard;
+    }
+    hit = walk(ray, settings, at, start, limit);
+#else
+    hit = border_hit(in_prism, ray, object, settings, limit);
+#endif
+#ifdef COUNT_LIMITS
+    if (hit.limits > 0) {
+        atomicAdd(counters.limits, uint(hit.limits));
+    }
+#endif
+    if (!hit.hit) {
+        discard;
+    }
+    uvec4 corners = prisms.item[hit.prism].corners;
+    Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
+    Prism shaded;
+    vec3 depth, slope;
+    for (int k = 0; k < 3; ++k) {
+        shaded.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
+        depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
+        slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
+    }
+    shaded.plain = bitfieldExtract(corners.w, 12, 1) != 0u;
+    float hit_depth = depth_at(hit.lambda, hit.t, depth, slope);
+    if (hit_depth < frame.lens.z || hit_depth > frame.lens.w) {
+        discard;
+    }
+    shade_hit(object, v, ndc, shaded, settings, ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits));
+}

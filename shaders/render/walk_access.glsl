@@ -1,0 +1,35 @@
+// The walk's view of our buffers.
+#ifndef RENDER_WALK_ACCESS_GLSL
+#define RENDER_WALK_ACCESS_GLSL
+
+layout(std430, set = 1, binding = 10) readonly buffer AdjacencyBlock { uint item[]; } adjacency;
+
+uvec4 walk_corners(uint prism) {
+    return prisms.item[prism].corners;
+}
+
+vec4 walk_range(uint prism) {
+    return prisms.item[prism].range;
+}
+
+uint walk_neighbour(uint prism, int wall) {
+    return adjacency.item[3u * prism + uint(wall)];
+}
+
+vec4 walk_neighbour_uv(uint prism, int wall) {
+    return prisms.item[prism].neighbour_uv[wall];
+}
+
+vec3 walk_position(uint vertex) {
+    return vertices.item[vertex].position.xyz;
+}
+
+vec3 walk_shell(uint vertex) {
+    return vertices.item[vertex].shell.xyz;
+}
+
+vec2 walk_uv(uint vertex) {
+    return vec2(vertices.item[vertex].shell.w, vertices.item[vertex].normal.w);
+}
+
+#endif

@@ -1,0 +1,87 @@
+// Where a ray enters the shell through a border, or begins in it at the near plane.
+#ifndef RENDER_WALK_BORDER_GLSL
+#define RENDER_WALK_BORDER_GLSL
+
+#include "shell/walk.glsl"
+
+// View depth where the ray crosses a wall, or an end of the levels.
+float crossing_depth(ProjectedPrism projected, vec3 s[3], float t, int wall, vec3 depth, vec3 slope) {
+    if (wall != AT_LEVEL) {
+        return depth_at(wall_barycentrics(projected, wall, wall_weight(projected, wall, t)), t, depth, slope);
+    }
+    vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
+    return depth_at(weights / (weights.x + weights.y + weights.z), t, depth, slope);
+}
+
+// The first hit of what enters the prism `id` from outside the shell.
+WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, int limit) {
+    uvec4 corners = walk_corners(id);
+    vec4 range = walk_range(id);
+    ProjectedPrism projected;
+    vec3 depth, slope, canonical[3], s[3];
+    for (int k = 0; k < 3; ++k) {
+        walk_across(ray, corners[k], projected.p[k], projected.q[k]);
+        projected.descending[k] = bitfieldExtract(corners.w, 9 + k, 1) != 0u;
+        depth[k] = dot(object.depth.xyz, walk_position(corners[k])) + object.depth.w;
+        slope[k] = dot(object.depth.xyz, walk_shell(corners[k]));
+    }
+    for (int k = 0; k < 3; ++k) {
+        canonical[k] = wall_quadratic(projected, k);
+        s[k] = canonical[k] * wall_sign(projected, k);
+    }
+    WalkHit best = WalkHit(false, id, 0.0, vec3(0.0), -1, 0);
+    float near = frame.lens.z, best_depth = 1e30;
+    if (bitfieldExtract(corners.w, 12, 1) != 0u) {
+        ShellHit plain = plain_trace(projected, canonical, s, settings, depth, near, ray.handedness);
+        return WalkHit(plain.hit, id, 0.0, plain.lambda, -1, 0);
+    }
+    bool irregular = bitfieldExtract(corners.w, 13, 1) != 0u;
+    vec3 sides;
+    Crossings crossings = prism_crossings(projected, canonical, range.z, range.w, sides);
+    for (int i = crossings.count - 2; i >= 0; --i) {
+        int upper = crossings.wall[i + 1];
+        if (upper != AT_LEVEL) {
+            sides[upper] = -sides[upper];
+        }
+        bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
+        if (!front && !back) {
+            continue;
+        }
+        bool climbs = front == (ray.handedness > 0.0);
+        int from = climbs ? i : i + 1, to = climbs ? i + 1 : i;
+        float entry_depth = crossing_depth(projected, s, crossings.t[from], crossings.wall[from], depth, slope);
+        float leave_depth = crossing_depth(projected, s, crossings.t[to], crossings.wall[to], depth, slope);
+        if (leave_depth < near || entry_depth >= best_depth) {
+            continue;
+        }
+        bool cut = entry_depth < near;
+        int wall = cut ? AT_LEVEL : crossings.wall[from];
+        bool enters = wall == AT_LEVEL ? cut || irregular : walk_neighbour(id, wall) == NO_NEIGHBOUR;
+        if (!enters) {
+            continue;
+        }
+        WalkStart start;
+        start.t = cut ? near_level(s, crossings.t[from], crossings.t[to], depth, slope, near) : crossings.t[from];
+        start.front = front ? 1.0 : -1.0;
+        start.on_wall = wall != AT_LEVEL;
+        start.found = true;
+        WalkHit hit = walk(ray, settings, walk_stand(ray, id, start.on_wall ? wall : 2), start, limit);
+        int limits = best.limits + hit.limits;
+        if (hit.hit) {
+            uvec3 at = walk_corners(hit.prism).xyz;
+            float hit_depth = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                vec3 place = walk_position(at[k]) + hit.t * walk_shell(at[k]);
+                hit_depth += hit.lambda[k] * (dot(object.depth.xyz, place) + object.depth.w);
+            }
+            if (hit_depth < best_depth) {
+                best = hit;
+                best_depth = hit_depth;
+            }
+        }
+        best.limits = limits;
+    }
+    return best;
+}
+
+#endif

@@ -1,0 +1,325 @@
+// The walk: from prism to prism through their shared walls, to the first hit or out of the shell.
+//
+// A line crosses wall k of a prism at the roots of s_k, and which way follows from the slope alone: with `handedness` h
+// it leaves the prism at the root where h s_k' < 0 and enters it at the other, whether it sees the level planes from
+// the front (s > 0 inside, travel d = h) or from behind (s < 0, d = -h). So each wall has one exit, the nearest one
+// beyond the ray's level is taken, and a wall that the ray is already behind is an exit of length zero. The neighbour
+// gets the shared wall's quadratic negated, to the bit what it would have computed: no ray slips between two prisms.
+//
+// Needs shell/march.glsl. The includer gives the adjacency and the mesh:
+//     uvec4 walk_corners(uint prism)                 three vertices, packed walls (see `walk_kind`)
+//     vec4 walk_range(uint prism)                    levels of its surface; least base, greatest lid of its corners
+//     uint walk_neighbour(uint prism, int wall)      4 * prism + its number of the wall, or NO_NEIGHBOUR
+//     vec4 walk_neighbour_uv(uint prism, int wall)   coordinates across, at the wall's canonical corners
+//     vec3 walk_position(uint vertex), vec3 walk_shell(uint vertex), vec2 walk_uv(uint vertex)
+#ifndef SHELL_WALK_GLSL
+#define SHELL_WALK_GLSL
+
+const uint NO_NEIGHBOUR = 0xffffffffu;
+// Prisms that the one the raster names may lie away from the one the ray is in.
+const int WALK_LOCATE_HOPS = 32;
+
+// A ray as two rows: a point's place across it is (dot(x, (P, 1)), dot(y, (P, 1))).
+struct WalkRay {
+    vec4 x, y;
+    float handedness;
+};
+
+// A prism the ray is in, turned so that corner c faces the wall it came through: c is the prism's corner `entry`, and a
+// and b follow it. Each wall by the corners it joins, its quadratic with the prism's own sign.
+struct Standing {
+    uint prism;
+    int entry;
+    vec2 pa, qa, pb, qb, pc, qc;
+    vec3 bc, ca, ab;
+};
+
+// Exits of a standing prism, in its own turn: the wall faces corner a, b or c.
+const int EXIT_BC = 0;
+const int EXIT_CA = 1;
+const int EXIT_AB = 2;
+const int EXIT_NONE = 3;
+
+struct WalkHit {
+    bool hit;
+    uint prism;
+    float t;
+    vec3 lambda; // of the prism's corners in their own order
+    int wall;    // the prism's own number of the wall hit, or -1 for the height field
+    int limits;  // loops that gave up
+};
+
+uint walk_kind(uint packed, int wall) {
+    return bitfieldExtract(packed, 3 * wall, 3);
+}
+
+// A wall's or corner's own number, from the turned one (a, b, c = 0, 1, 2).
+int walk_number(int entry, int turned) {
+    int number = entry + turned + 1;
+    return number > 2 ? number - 3 : number;
+}
+
+uvec3 walk_turned(uvec3 corners, int entry) {
+    return entry == 0 ? corners.yzx : entry == 1 ? corners.zxy : corners;
+}
+
+vec3 walk_unturned(vec3 lambda, int entry) {
+    return entry == 0 ? lambda.zxy : entry == 1 ? lambda.yzx : lambda;
+}
+
+// Without contraction this is antisymmetric to the bit: the other order of corners gives the negated quadratic.
+vec3 wall_between(vec2 pi, vec2 qi, vec2 pj, vec2 qj) {
+    precise vec3 value = vec3(cross2(pi, pj), cross2(pi, qj) + cross2(qi, pj), cross2(qi, qj));
+    return value;
+}
+
+void walk_across(WalkRay ray, uint vertex, out vec2 p, out vec2 q) {
+    vec3 at = walk_position(vertex), shell = walk_shell(vertex);
+    precise vec2 place = vec2(dot(ray.x.xyz, at) + ray.x.w, dot(ray.y.xyz, at) + ray.y.w);
+    precise vec2 direction = vec2(dot(ray.x.xyz, shell), dot(ray.y.xyz, shell));
+    p = place;
+    q = direction;
+}
+
+Standing walk_stand(WalkRay ray, uint prism, int entry) {
+    Standing at;
+    at.prism = prism;
+    at.entry = entry;
+    uvec3 corners = walk_turned(walk_corners(prism).xyz, entry);
+    walk_across(ray, corners.x, at.pa, at.qa);
+    walk_across(ray, corners.y, at.pb, at.qb);
+    walk_across(ray, corners.z, at.pc, at.qc);
+    at.bc = wall_between(at.pb, at.qb, at.pc, at.qc);
+    at.ca = wall_between(at.pc, at.qc, at.pa, at.qa);
+    at.ab = wall_between(at.pa, at.qa, at.pb, at.qb);
+    return at;
+}
+
+// Over the wall `turned` into the neighbour, which runs along the shared edge the other way.
+void walk_over(WalkRay ray, uint neighbour, int turned, inout Standing at) {
+    vec3 shared_wall = turned == EXIT_BC ? at.bc : turned == EXIT_CA ? at.ca : at.ab;
+    vec2 pa = turned == EXIT_BC ? at.pc : turned == EXIT_CA ? at.pa : at.pb;
+    vec2 qa = turned == EXIT_BC ? at.qc : turned == EXIT_CA ? at.qa : at.qb;
+    at.pb = turned == EXIT_BC ? at.pb : turned == EXIT_CA ? at.pc : at.pa;
+    at.qb = turned == EXIT_BC ? at.qb : turned == EXIT_CA ? at.qc : at.qa;
+    at.pa = pa;
+    at.qa = qa;
+    at.prism = neighbour >> 2;
+    at.entry = int(neighbour & 3u);
+    uvec4 corners = walk_corners(at.prism);
+    walk_across(ray, at.entry == 0 ? corners.x : at.entry == 1 ? corners.y : corners.z, at.pc, at.qc);
+    at.ab = -shared_wall;
+    at.bc = wall_between(at.pb, at.qb, at.pc, at.qc);
+    at.ca = wall_between(at.pc, at.qc, at.pa, at.qa);
+}
+
+// Level at which a ray leaves through a wall; NaN or infinite where it never does. The root is taken in the form without
+// cancellation, so a vanishing square only sends it to infinity.
+float exit_level(vec3 s, float handedness) {
+    precise float discriminant = s.y * s.y - 4.0 * s.x * s.z;
+    float root = handedness * sqrt(discriminant);
+    return handedness * s.y > 0.0 ? -(s.y + root) / (2.0 * s.z) : 2.0 * s.x / (root - s.y);
+}
+
+// Takes the exit through one wall where it is nearer than `leave`.
+void walk_exit(vec3 s, int wall, float handedness, float front, float t, inout float leave, inout int turned) {
+    float travel = front * handedness, e = exit_level(s, handedness);
+    if (travel * (e - t) > 0.0) {
+        if (travel * (leave - e) > 0.0) {
+            leave = e;
+            turned = wall;
+        }
+    } else if (handedness * (s.y + 2.0 * t * s.z) < 0.0 && (e == e || front * quadratic(s, t) < 0.0)) {
+        // Behind the wall already and on the way out: by rounding, next to an edge or a vertex.
+        leave = t;
+        turned = wall;
+    }
+}
+
+vec3 walk_weights(Standing at, float t) {
+    return vec3(quadratic(at.bc, t), quadratic(at.ca, t), quadratic(at.ab, t));
+}
+
+// Weight of the second corner where the ray crosses the wall from corner i to corner j at level t (see `wall_weight`).
+float walk_wall_weight(vec2 pi, vec2 qi, vec2 pj, vec2 qj, float t) {
+    vec2 a = pi + t * qi;
+    vec2 e = pj + t * qj - a;
+    return clamp(-dot(a, e) / max(dot(e, e), 1e-37), 0.0, 1.0);
+}
+
+// Turned weights of the three corners at level t, which is that of `turned` or, without one, inside.
+vec3 walk_lambda(Standing at, int turned, float t) {
+    if (turned == EXIT_NONE) {
+        vec3 weights = walk_weights(at, t);
+        return weights / (weights.x + weights.y + weights.z);
+    }
+    vec2 pi = turned == EXIT_BC ? at.pb : turned == EXIT_CA ? at.pc : at.pa;
+    vec2 qi = turned == EXIT_BC ? at.qb : turned == EXIT_CA ? at.qc : at.qa;
+    vec2 pj = turned == EXIT_BC ? at.pc : turned == EXIT_CA ? at.pa : at.pb;
+    vec2 qj = turned == EXIT_BC ? at.qc : turned == EXIT_CA ? at.qa : at.qb;
+    float w = walk_wall_weight(pi, qi, pj, qj, t);
+    return turned == EXIT_BC ? vec3(0.0, 1.0 - w, w) : turned == EXIT_CA ? vec3(w, 0.0, 1.0 - w)
+                                                                        : vec3(1.0 - w, w, 0.0);
+}
+
+// Where a walk begins: in `at` at level t, with the level planes seen from the front (+1) or from behind (-1).
+struct WalkStart {
+    float t;
+    float front;
+    bool on_wall; // on the wall that `at` is turned to
+    bool found;
+};
+
+// From the prism that the raster names to the one that the ray is in at level t.
+WalkStart walk_locate(WalkRay ray, float t, inout Standing at) {
+    WalkStart start;
+    start.t = t;
+    start.on_wall = false;
+    start.found = false;
+    start.front = 1.0;
+    for (int i = 0; i < WALK_LOCATE_HOPS; ++i) {
+        vec3 weights = walk_weights(at, t);
+        start.front = weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
+        weights *= start.front;
+        float least = min(weights.x, min(weights.y, weights.z));
+        if (least >= 0.0) {
+            start.found = true;
+            break;
+        }
+        int turned = weights.x == least ? EXIT_BC : weights.y == least ? EXIT_CA : EXIT_AB;
+        uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
+        if (neighbour == NO_NEIGHBOUR) {
+            // Beyond a border there is nothing to begin in: the border's own prism sees the ray come in.
+            break;
+        }
+        walk_over(ray, neighbour, turned, at);
+    }
+    return start;
+}
+
+// Surface level of `at` at turned weights.
+float walk_surface(Standing at, MarchSettings settings, vec3 lambda) {
+    uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
+    return surface_level(settings, lambda.x * walk_uv(corners.x) + lambda.y * walk_uv(corners.y) +
+                                       lambda.z * walk_uv(corners.z));
+}
+
+// Whether a ray that comes in through the wall it stands on was above the surface there.
+bool walk_outside(Standing at, MarchSettings settings, uint packed, float t, bool above) {
+    uint kind = walk_kind(packed, at.entry);
+    if (kind == WALL_SEAM) {
+        vec4 uv = walk_neighbour_uv(at.prism, at.entry);
+        float w = walk_wall_weight(at.pa, at.qa, at.pb, at.qb, t);
+        bool descending = bitfieldExtract(packed, 9 + at.entry, 1) != 0u;
+        return t >= surface_level(settings, descending ? mix(uv.zw, uv.xy, w) : mix(uv.xy, uv.zw, w));
+    }
+    // A closed border ends at the lowest level; beyond an open one there is nothing to take a step from.
+    return kind == WALL_PLAIN ? t >= 0.0 : kind == WALL_CLOSED || above;
+}
+
+// The first hit from `start` on. `limit`: prisms after which it gives up.
+WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, int limit) {
+    WalkHit none = WalkHit(false, 0u, 0.0, vec3(0.0), -1, 0);
+    float t = start.t, front = start.front;
+    int came = start.on_wall ? EXIT_AB : EXIT_NONE;
+    bool above = true, fresh = true;
+    for (; limit > 0; --limit) {
+        float travel = front * ray.handedness;
+        vec4 range = walk_range(at.prism);
+
+        float leave = travel * 1e30;
+        int turned = EXIT_NONE;
+        walk_exit(at.bc, EXIT_BC, ray.handedness, front, t, leave, turned);
+        walk_exit(at.ca, EXIT_CA, ray.handedness, front, t, leave, turned);
+        walk_exit(at.ab, EXIT_AB, ray.handedness, front, t, leave, turned);
+
+        // The part of it within the levels that the prism's surface and steps can have.
+        float entry_t = clamp(t, range.x, range.y), leave_t = clamp(leave, range.x, range.y);
+        bool passes = entry_t != leave_t;
+        if (passes) {
+            uvec4 data = walk_corners(at.prism);
+            uvec3 corners = walk_turned(data.xyz, at.entry);
+            vec2 uv_a = walk_uv(corners.x), uv_b = walk_uv(corners.y), uv_c = walk_uv(corners.z);
+            PathEnd entry, end;
+            entry.t = entry_t;
+            entry.wall = entry_t == t ? came : EXIT_NONE;
+            entry.lambda = walk_lambda(at, entry.wall, entry_t);
+            entry.uv = entry.lambda.x * uv_a + entry.lambda.y * uv_b + entry.lambda.z * uv_c;
+            end.t = leave_t;
+            end.wall = leave_t == leave ? turned : EXIT_NONE;
+            end.lambda = walk_lambda(at, end.wall, leave_t);
+            end.uv = end.lambda.x * uv_a + end.lambda.y * uv_b + end.lambda.z * uv_c;
+
+            if (entry_t != t) {
+                // In through an end of the levels.
+                above = travel < 0.0;
+            } else if (fresh || (came == EXIT_AB && walk_kind(data.w, at.entry) != WALL_SAME)) {
+                // On a wall where the surface takes a step, or at the start.
+                float here = surface_level(settings, entry.uv);
+                uint kind = came == EXIT_AB ? walk_kind(data.w, at.entry) : WALL_SAME;
+                bool was = above;
+                above = t >= here;
+                if (fresh && came == EXIT_AB) {
+                    was = walk_outside(at, settings, data.w, t, above);
+                }
+                if (kind != WALL_SAME && was != above && (was || settings.two_sided)) {
+                    return WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, 0);
+                }
+            }
+
+            UvPath path;
+            vec2 ub = uv_b - uv_a, uc = uv_c - uv_a;
+            path.u = at.ca * ub.x + at.ab * uc.x;
+            path.v = at.ca * ub.y + at.ab * uc.y;
+            path.w = at.bc + at.ca + at.ab;
+            path.origin = uv_a;
+            bool chord = abs(leave_t - entry_t) < 2e-5 * max(max(abs(entry_t), abs(leave_t)), range.y - range.x);
+            int limits = 0;
+            float along = search(settings, path, entry, end, chord, above, limits);
+            none.limits += limits;
+            if (along <= 1.0) {
+                float hit = mix(entry_t, leave_t, along);
+                vec3 lambda = chord ? mix(entry.lambda, end.lambda, along) : walk_lambda(at, EXIT_NONE, hit);
+                return WalkHit(true, at.prism, hit, walk_unturned(lambda, at.entry), -1, none.limits);
+            }
+            if (end.wall != EXIT_NONE) {
+                int wall = walk_number(at.entry, end.wall);
+                uint kind = walk_kind(data.w, wall);
+                // Steps whose far side is no prism: the plain neighbour's, and from behind the closed border too.
+                bool step_here = above ? kind == WALL_PLAIN && leave_t < 0.0
+                                       : settings.two_sided &&
+                                             (kind == WALL_CLOSED || (kind == WALL_PLAIN && leave_t >= 0.0));
+                if (step_here) {
+                    return WalkHit(true, at.prism, leave_t, walk_unturned(end.lambda, at.entry), wall, none.limits);
+                }
+            }
+        } else if (leave != t) {
+            above = t >= range.y;
+        }
+        fresh = fresh && leave == t;
+        if (leave_t != leave) {
+            // Out through an end of the levels; on the way up or down for good where no lid or base of this prism's
+            // corners lies further on: whatever comes then is entered anew, through a lid or base of its own.
+            above = travel > 0.0;
+            if (travel > 0.0 ? leave > range.w : leave < range.z) {
+                return none;
+            }
+        }
+        if (turned == EXIT_NONE) {
+            return none;
+        }
+        uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
+        if (neighbour == NO_NEIGHBOUR) {
+            return none;
+        }
+        walk_over(ray, neighbour, turned, at);
+        t = leave;
+        came = EXIT_AB;
+        // Around a vertex the two others may disagree by rounding; the larger tells.
+        front = quadratic(at.bc, t) + quadratic(at.ca, t) < 0.0 ? -1.0 : 1.0;
+    }
+    none.limits += 1;
+    return none;
+}
+
+#endif
