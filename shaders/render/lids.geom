@@ -29,7 +29,7 @@ void main() {
         return;
     }
     for (int i = 2; i >= 0; --i) {
-        out_prism = prism | IS_BASE;
+        out_prism = prism;
         out_level = in_levels[i].x;
         gl_Position = in_base[i];
         EmitVertex();

@@ -8,9 +8,6 @@
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;
 
-// What a fragment hears of a base instead of a lid.
-const uint IS_BASE = 0x80000000u;
-
 // Outward growth in pixels. It keeps the rasteriser's snapping (1/512 pixel) from dropping pixels at the outline also
 // where the normal leans; the trace clips to the exact shell.
 const float GROWTH = 0.125;

@@ -38,17 +38,8 @@ void main() {
     int limit = 64 + 2 * int(draw.prism_count);
     WalkHit hit;
 #ifdef WALK_LIDS
-    // Bit 31: the base, else the lid.
-    uint prism = in_prism & 0x7fffffffu;
-    bool base = in_prism != prism;
-    Standing at = walk_stand(ray, prism, 2);
-    vec4 range = walk_range(prism);
-    vec3 weights = walk_weights(at, in_level);
-    float travel = weights.x + weights.y + weights.z < 0.0 ? -ray.handedness : ray.handedness;
-    // A little before the ray meets it. Lids are planar between corners at different levels, walls are not: the meeting
-    // may lie in a neighbour, and its level is known to second order only.
-    float slack = 0.25 * (base ? range.x - range.z : range.w - range.y);
-    WalkStart start = walk_locate(ray, clamp(in_level - travel * slack, range.z, range.w), at);
+    Standing at = walk_stand(ray, in_prism, 2);
+    WalkStart start = walk_start(ray, in_level, at);
     if (!start.found) {
         discard;
     }

@@ -4,6 +4,9 @@
 
 layout(std430, set = 1, binding = 10) readonly buffer AdjacencyBlock { uint item[]; } adjacency;
 
+// Base and lid level of each vertex.
+layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;
+
 uvec4 walk_corners(uint prism) {
     return prisms.item[prism].corners;
 }
@@ -18,6 +21,10 @@ uint walk_neighbour(uint prism, int wall) {
 
 vec4 walk_neighbour_uv(uint prism, int wall) {
     return prisms.item[prism].neighbour_uv[wall];
+}
+
+vec2 walk_lids(uint vertex) {
+    return lids.item[vertex];
 }
 
 vec3 walk_position(uint vertex) {

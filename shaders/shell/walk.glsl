@@ -11,13 +11,15 @@
 //     vec4 walk_range(uint prism)                    levels of its surface; least base, greatest lid of its corners
 //     uint walk_neighbour(uint prism, int wall)      4 * prism + its number of the wall, or NO_NEIGHBOUR
 //     vec4 walk_neighbour_uv(uint prism, int wall)   coordinates across, at the wall's canonical corners
+//     vec2 walk_lids(uint vertex)                    base and lid level
 //     vec3 walk_position(uint vertex), vec3 walk_shell(uint vertex), vec2 walk_uv(uint vertex)
 #ifndef SHELL_WALK_GLSL
 #define SHELL_WALK_GLSL
 
 const uint NO_NEIGHBOUR = 0xffffffffu;
-// Prisms that the one the raster names may lie away from the one the ray is in.
-const int WALK_LOCATE_HOPS = 32;
+// Prisms that the one the raster names may lie away from the one the ray is in, and from where the ray came in.
+const int WALK_LOCATE_HOPS = 8;
+const int WALK_BACK_HOPS = 64;
 
 // A ray as two rows: a point's place across it is (dot(x, (P, 1)), dot(y, (P, 1))).
 struct WalkRay {
@@ -170,38 +172,107 @@ struct WalkStart {
     bool found;
 };
 
-// From the prism that the raster names to the one that the ray is in at level t.
-WalkStart walk_locate(WalkRay ray, float t, inout Standing at) {
-    WalkStart start;
-    start.t = t;
-    start.on_wall = false;
-    start.found = false;
-    start.front = 1.0;
-    for (int i = 0; i < WALK_LOCATE_HOPS; ++i) {
-        vec3 weights = walk_weights(at, t);
-        start.front = weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
-        weights *= start.front;
-        float least = min(weights.x, min(weights.y, weights.z));
-        if (least >= 0.0) {
-            start.found = true;
-            break;
+// Turns `at` so that the wall `turned` is the one between a and b.
+void walk_turn(int turned, inout Standing at) {
+    Standing was = at;
+    if (turned == EXIT_BC) {
+        at.pa = was.pb; at.qa = was.qb; at.pb = was.pc; at.qb = was.qc; at.pc = was.pa; at.qc = was.qa;
+        at.ab = was.bc; at.bc = was.ca; at.ca = was.ab;
+        at.entry = walk_number(was.entry, EXIT_BC);
+    } else if (turned == EXIT_CA) {
+        at.pa = was.pc; at.qa = was.qc; at.pb = was.pa; at.qb = was.qa; at.pc = was.pb; at.qc = was.qb;
+        at.ab = was.ca; at.bc = was.ab; at.ca = was.bc;
+        at.entry = walk_number(was.entry, EXIT_CA);
+    }
+}
+
+// Takes the entry at level t, where the ray is inside by the signs of `sides`, if it fits `level` better: the last entry
+// before it.
+void walk_entry(float t, vec2 sides, float handedness, float level, int wall, inout float least, inout int turned,
+                inout WalkStart start) {
+    float front = sides.x + sides.y < 0.0 ? -1.0 : 1.0;
+    float before = front * handedness * (level - t);
+    float cost = before >= 0.0 ? before : 1e6 - before;
+    if (sides.x * sides.y >= 0.0 && cost < least) {
+        least = cost;
+        turned = wall;
+        start = WalkStart(t, front, wall != EXIT_NONE, true);
+    }
+}
+
+// Where the ray enters the prism `at` on its way to `level`, between the levels of `reach`. Not found if it misses it.
+WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
+    WalkStart start = WalkStart(level, 1.0, false, false);
+    float least = 1e30;
+    int turned = EXIT_NONE;
+    // The ray reversed leaves where it enters.
+    float e = exit_level(at.bc, -ray.handedness);
+    if (e > reach.x && e < reach.y) {
+        walk_entry(e, vec2(quadratic(at.ca, e), quadratic(at.ab, e)), ray.handedness, level, EXIT_BC, least, turned, start);
+    }
+    e = exit_level(at.ca, -ray.handedness);
+    if (e > reach.x && e < reach.y) {
+        walk_entry(e, vec2(quadratic(at.ab, e), quadratic(at.bc, e)), ray.handedness, level, EXIT_CA, least, turned, start);
+    }
+    e = exit_level(at.ab, -ray.handedness);
+    if (e > reach.x && e < reach.y) {
+        walk_entry(e, vec2(quadratic(at.bc, e), quadratic(at.ca, e)), ray.handedness, level, EXIT_AB, least, turned, start);
+    }
+    for (int end = 0; end < 2; ++end) {
+        vec3 weights = walk_weights(at, reach[end]);
+        float low = min(weights.x, min(weights.y, weights.z)), high = max(weights.x, max(weights.y, weights.z));
+        float front = low >= 0.0 ? 1.0 : -1.0;
+        // In at the top where t falls along the ray, at the bottom where it climbs.
+        if ((low >= 0.0 || high <= 0.0) && (front * ray.handedness > 0.0) == (end == 0)) {
+            walk_entry(reach[end], vec2(front), ray.handedness, level, EXIT_NONE, least, turned, start);
         }
+    }
+    walk_turn(turned, at);
+    return start;
+}
+
+// The start of a walk from the lid or base that the raster met in prism `at`, at about `level`: where the ray was last
+// outside both. A lid is planar between corners at different levels and walls are not, so that the ray may have passed
+// under it in a neighbour already: then back through the prisms to where it had not.
+WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
+    vec4 range = walk_range(at.prism);
+    WalkStart start = walk_enter(ray, level, range.zw, at);
+    for (int i = 0; i < WALK_LOCATE_HOPS && !start.found; ++i) {
+        // The raster's neighbour is the ray's own.
+        vec3 weights = walk_weights(at, level);
+        weights *= weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
+        float least = min(weights.x, min(weights.y, weights.z));
         int turned = weights.x == least ? EXIT_BC : weights.y == least ? EXIT_CA : EXIT_AB;
         uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
         if (neighbour == NO_NEIGHBOUR) {
             // Beyond a border there is nothing to begin in: the border's own prism sees the ray come in.
-            break;
+            return start;
         }
         walk_over(ray, neighbour, turned, at);
+        range = walk_range(at.prism);
+        start = walk_enter(ray, level, range.zw, at);
+    }
+    for (int i = 0; i < WALK_BACK_HOPS && start.on_wall; ++i) {
+        uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
+        vec2 lids = mix(walk_lids(corners.x), walk_lids(corners.y),
+                        walk_wall_weight(at.pa, at.qa, at.pb, at.qb, start.t));
+        uint neighbour = walk_neighbour(at.prism, at.entry);
+        if (start.t <= lids.x || start.t >= lids.y || neighbour == NO_NEIGHBOUR) {
+            break;
+        }
+        walk_over(ray, neighbour, EXIT_AB, at);
+        start.front = quadratic(at.bc, start.t) + quadratic(at.ca, start.t) < 0.0 ? -1.0 : 1.0;
+        range = walk_range(at.prism);
+        float end = start.front * ray.handedness > 0.0 ? range.z : range.w, back = end;
+        int turned = EXIT_NONE;
+        walk_exit(at.bc, EXIT_BC, -ray.handedness, start.front, start.t, back, turned);
+        walk_exit(at.ca, EXIT_CA, -ray.handedness, start.front, start.t, back, turned);
+        walk_exit(at.ab, EXIT_AB, -ray.handedness, start.front, start.t, back, turned);
+        start.t = back;
+        start.on_wall = turned != EXIT_NONE;
+        walk_turn(turned, at);
     }
     return start;
-}
-
-// Surface level of `at` at turned weights.
-float walk_surface(Standing at, MarchSettings settings, vec3 lambda) {
-    uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
-    return surface_level(settings, lambda.x * walk_uv(corners.x) + lambda.y * walk_uv(corners.y) +
-                                       lambda.z * walk_uv(corners.z));
 }
 
 // Whether a ray that comes in through the wall it stands on was above the surface there.
@@ -297,9 +368,9 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             above = t >= range.y;
         }
         fresh = fresh && leave == t;
-        if (leave_t != leave) {
-            // Out through an end of the levels; on the way up or down for good where no lid or base of this prism's
-            // corners lies further on: whatever comes then is entered anew, through a lid or base of its own.
+        if (travel > 0.0 ? leave > range.y : leave < range.x) {
+            // Past the surface's levels; past the lid or base too where none of this prism's corners has it further
+            // out. What the ray meets then it enters anew, through a lid or base.
             above = travel > 0.0;
             if (travel > 0.0 ? leave > range.w : leave < range.z) {
                 return none;
