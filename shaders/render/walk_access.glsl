@@ -2,6 +2,8 @@
 #ifndef RENDER_WALK_ACCESS_GLSL
 #define RENDER_WALK_ACCESS_GLSL
 
+#include "render/lid_growth.glsl"
+
 layout(std430, set = 1, binding = 10) readonly buffer AdjacencyBlock { uint item[]; } adjacency;
 
 // Base and lid level of each vertex.
@@ -25,6 +27,11 @@ vec4 walk_neighbour_uv(uint prism, int wall) {
 
 vec2 walk_lids(uint vertex) {
     return lids.item[vertex];
+}
+
+float walk_growth(uint vertex) {
+    Vertex v = vertices.item[vertex];
+    return lid_growth(objects.item[draw.object], v.position.xyz, v.shell.xyz);
 }
 
 vec3 walk_position(uint vertex) {

@@ -13,6 +13,18 @@ float crossing_depth(ProjectedPrism projected, vec3 s[3], float t, int wall, vec
     return depth_at(weights / (weights.x + weights.y + weights.z), t, depth, slope);
 }
 
+// Whether the ray is within two pixels of a border at level t: there the rasteriser's grid may have dropped the lid.
+bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, float t, float view_depth) {
+    float reach = 4.0 * max(frame.viewport.z, frame.viewport.w) * (frame.counts.y != 0u ? view_depth : 1.0);
+    bool beside = false;
+    for (int k = 0; k < 3; ++k) {
+        ivec2 c = wall_corners(projected, k);
+        vec2 edge = projected.p[c.y] + t * projected.q[c.y] - projected.p[c.x] - t * projected.q[c.x];
+        beside = beside || (walk_neighbour(id, k) == NO_NEIGHBOUR && abs(quadratic(s[k], t)) <= reach * length(edge));
+    }
+    return beside;
+}
+
 // The first hit of what enters the prism `id` from outside the shell.
 WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, int limit) {
     uvec4 corners = walk_corners(id);
@@ -56,7 +68,8 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         }
         bool cut = entry_depth < near;
         int wall = cut ? AT_LEVEL : crossings.wall[from];
-        bool enters = wall == AT_LEVEL ? cut || irregular : walk_neighbour(id, wall) == NO_NEIGHBOUR;
+        bool enters = wall != AT_LEVEL ? walk_neighbour(id, wall) == NO_NEIGHBOUR
+                                       : cut || irregular || beside_border(projected, s, id, crossings.t[from], entry_depth);
         if (!enters) {
             continue;
         }

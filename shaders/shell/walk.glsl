@@ -12,6 +12,7 @@
 //     uint walk_neighbour(uint prism, int wall)      4 * prism + its number of the wall, or NO_NEIGHBOUR
 //     vec4 walk_neighbour_uv(uint prism, int wall)   coordinates across, at the wall's canonical corners
 //     vec2 walk_lids(uint vertex)                    base and lid level
+//     float walk_growth(uint vertex)                 levels that the raster adds to the lid, and takes from the base
 //     vec3 walk_position(uint vertex), vec3 walk_shell(uint vertex), vec2 walk_uv(uint vertex)
 #ifndef SHELL_WALK_GLSL
 #define SHELL_WALK_GLSL
@@ -373,7 +374,11 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             // out. What the ray meets then it enters anew, through a lid or base.
             above = travel > 0.0;
             if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                return none;
+                uvec3 corners = walk_corners(at.prism).xyz;
+                float growth = max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
+                if (travel > 0.0 ? leave > range.w + 2.0 * growth : leave < range.z - 2.0 * growth) {
+                    return none;
+                }
             }
         }
         if (turned == EXIT_NONE) {
