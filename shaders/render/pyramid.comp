@@ -15,7 +15,7 @@ vec2 from_texels(ivec2 node) {
     vec2 bounds = vec2(1.0, 0.0);
     ivec2 cell = 2 * node - pyramid_shift();
     for (int i = 0; i < 4; ++i) {
-        vec4 h = height_cell(cell + ivec2(i & 1, i >> 1), 0);
+        vec4 h = height_cell(cell + ivec2(i & 1, i >> 1));
         bounds.x = min(bounds.x, min(min(h.x, h.y), min(h.z, h.w)));
         bounds.y = max(bounds.y, max(max(h.x, h.y), max(h.z, h.w)));
     }

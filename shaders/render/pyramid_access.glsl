@@ -1,4 +1,4 @@
-// The exact march's view of our pyramid: bounds of a range of cells, in at most four reads.
+// The exact march's view of our pyramid: bounds of a range of cells, in one read.
 #ifndef RENDER_PYRAMID_ACCESS_GLSL
 #define RENDER_PYRAMID_ACCESS_GLSL
 #ifdef MARCH_EXACT
@@ -22,22 +22,15 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
     }
     int top = pyramid_top(size);
     int level = clamp(findMSB(max(max(extent.x, extent.y), 1) - 1) + 1, 1, top);
+    ivec2 end = start + extent;
+    // Half the size serves where the box happens to lie in two nodes of it.
+    if (level > 1 && all(lessThanEqual((end >> (level - 1)) - (start >> (level - 1)), ivec2(1)))) {
+        --level;
+    }
     // Beyond the top level's reach the box holds the whole map.
-    ivec2 low = start >> level, high = min((start + extent) >> level, low + 1);
-    if (max(extent.x, extent.y) > 1 << top) {
-        low = ivec2(0);
-        high = ivec2(1);
-    }
+    ivec2 node = max(extent.x, extent.y) > 1 << top ? ivec2(0) : start >> level;
     int columns = pyramid_nodes(size, level).x;
-    uint offset = pyramid.item[level];
-    vec2 bounds = vec2(1.0, 0.0);
-    for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-            vec2 node = pyramid_unpack(pyramid.item[offset + uint(y * columns + x)]);
-            bounds = vec2(min(bounds.x, node.x), max(bounds.y, node.y));
-        }
-    }
-    return bounds;
+    return pyramid_unpack(pyramid.item[pyramid.item[level] + uint(node.y * columns + node.x)]);
 }
 
 #endif

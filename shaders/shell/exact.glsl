@@ -28,17 +28,29 @@ struct Field {
     bool two_sided; // leaving it from below is a hit too
 };
 
-float blossom(vec3 b, float s, float t) {
-    return mix(mix(b.x, b.y, s), mix(b.y, b.z, s), t);
+// The curve by powers of p: (x, y, w) = c0 + p (c1 + p c2).
+struct Powers {
+    vec3 c0, c1, c2;
+};
+
+Powers powers_of(Curve curve) {
+    vec3 a = vec3(curve.x.x, curve.y.x, curve.w.x), b = vec3(curve.x.y, curve.y.y, curve.w.y);
+    vec3 c = vec3(curve.x.z, curve.y.z, curve.w.z);
+    return Powers(a, 2.0 * (b - a), (a - b) + (c - b));
 }
 
-// Control points of the piece [s, t].
-vec3 piece(vec3 b, float s, float t) {
-    return vec3(blossom(b, s, s), blossom(b, s, t), blossom(b, t, t));
+vec3 point_at(Powers powers, float p) {
+    return powers.c0 + p * (powers.c1 + p * powers.c2);
 }
 
-vec2 curve_at(Curve curve, float p) {
-    return vec2(blossom(curve.x, p, p), blossom(curve.y, p, p)) / blossom(curve.w, p, p);
+// The middle control point of the piece [a, b]; the others are its ends.
+vec3 control_between(Powers powers, float a, float b) {
+    return powers.c0 + 0.5 * (a + b) * powers.c1 + (a * b) * powers.c2;
+}
+
+vec2 curve_at(Powers powers, float p) {
+    vec3 at = point_at(powers, p);
+    return at.xy / at.z;
 }
 
 float level_at(Curve curve, float p) {
@@ -50,33 +62,43 @@ float field_level(Field field, float h) {
 }
 
 // Signed height over the bilinear patch, positive on the side the ray is on.
-float clearance(Curve curve, Field field, ivec2 cell, vec4 h, float p) {
-    vec2 f = curve_at(curve, p) - vec2(cell);
+float clearance(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float p) {
+    vec2 f = curve_at(powers, p) - vec2(cell);
     return field.side * (level_at(curve, p) - field_level(field, mix(mix(h.x, h.y, f.x), mix(h.z, h.w, f.x), f.y)));
 }
 
-// Where the boundary q (control points over [0, 1], positive inside) is crossed outward after `p`; 2 if never.
-float outward_crossing(vec3 q, float p) {
-    float a = q.x - 2.0 * q.y + q.z, b = 2.0 * (q.y - q.x), c = q.x;
+// Where the boundary a + b p + c p^2 (positive inside) is crossed outward after `p`; 2 if never.
+float outward_crossing(float a, float b, float c, float p) {
     float discriminant = b * b - 4.0 * a * c;
-    if (discriminant < 0.0) {
-        return 2.0;
-    }
-    // The root with falling slope, in the form without cancellation.
+    // The root with falling slope, in the form without cancellation; NaN where the boundary is never met.
     float root = sqrt(discriminant);
-    float fall = b > 0.0 ? -(b + root) / (2.0 * a) : 2.0 * c / (root - b);
+    float fall = b > 0.0 ? -(b + root) / (2.0 * c) : 2.0 * a / (root - b);
     if (fall > p) {
         return fall;
     }
     // Behind p (or nowhere): outward now if p lies beyond it and the curve has not come back in.
-    bool outside = c + p * (b + p * a) < 0.0 || (fall == fall && b + 2.0 * a * p < 0.0 && fall <= p);
+    bool outside = discriminant >= 0.0 && (a + p * (b + p * c) < 0.0 || (fall == fall && b + 2.0 * c * p < 0.0));
     return outside ? p : 2.0;
 }
 
+// Where the curve leaves a cell after `p`.
+float cell_exit(Powers powers, ivec2 cell, float p) {
+    float orientation = point_at(powers, p).z < 0.0 ? -1.0 : 1.0;
+    vec2 low = vec2(cell), high = low + 1.0;
+    // w x' - x and x - w x', for the boundary x' of either side.
+    vec2 a0 = orientation * (high * powers.c0.z - powers.c0.xy), b0 = orientation * (powers.c0.xy - low * powers.c0.z);
+    vec2 a1 = orientation * (high * powers.c1.z - powers.c1.xy), b1 = orientation * (powers.c1.xy - low * powers.c1.z);
+    vec2 a2 = orientation * (high * powers.c2.z - powers.c2.xy), b2 = orientation * (powers.c2.xy - low * powers.c2.z);
+    return min(min(outward_crossing(a0.x, a1.x, a2.x, p), outward_crossing(b0.x, b1.x, b2.x, p)),
+               min(outward_crossing(a0.y, a1.y, a2.y, p), outward_crossing(b0.y, b1.y, b2.y, p)));
+}
+
 // Bernstein coefficients, times the side, of W^2 (t - S(h)) over [a, b] in one cell.
-void clearance_coefficients(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b, out float f[6]) {
-    vec3 w = piece(curve.w, a, b);
-    vec3 x = piece(curve.x, a, b) - float(cell.x) * w, y = piece(curve.y, a, b) - float(cell.y) * w;
+void clearance_coefficients(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b,
+                            out float f[6]) {
+    vec3 first = point_at(powers, a), middle = control_between(powers, a, b), last = point_at(powers, b);
+    vec3 w = vec3(first.z, middle.z, last.z);
+    vec3 x = vec3(first.x, middle.x, last.x) - float(cell.x) * w, y = vec3(first.y, middle.y, last.y) - float(cell.y) * w;
     float slope_x = field.scale * (h.y - h.x), slope_y = field.scale * (h.z - h.x);
     float twist = field.scale * (h.x - h.y - h.z + h.w);
     // W^2 and X (slope_x W + twist Y) + slope_y Y W, both of degree 4.
@@ -98,27 +120,35 @@ void clearance_coefficients(Curve curve, Field field, ivec2 cell, vec4 h, float 
     f[5] = d1 * ww[4] - field.side * hw[4];
 }
 
-// The root between a (clear) and b (not): regula falsi with the Illinois rule.
-float refined_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b) {
-    float fa = clearance(curve, field, cell, h, a), fb = clearance(curve, field, cell, h, b);
-    for (int i = 0; i < 12 && b - a > LEAST_STEP && fa > 0.0 && fb < 0.0; ++i) {
+// The root between a (clear) and b (not): regula falsi with the Illinois rule, until the clearance is rounding noise.
+float refined_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b) {
+    float fa = clearance(curve, powers, field, cell, h, a), fb = clearance(curve, powers, field, cell, h, b);
+    float noise = 1e-7 * (abs(field.scale) + abs(level_at(curve, a)));
+    int stays = 0;
+    for (int i = 0; i < 12 && b - a > LEAST_STEP && fa > noise && fb < -noise; ++i) {
         float m = clamp(a + (b - a) * fa / (fa - fb), a, b);
-        float fm = clearance(curve, field, cell, h, m);
+        float fm = clearance(curve, powers, field, cell, h, m);
+        if (abs(fm) <= noise) {
+            return m;
+        }
+        // An end that stays for a second time weighs half.
         if (fm < 0.0) {
             b = m;
             fb = fm;
-            fa *= 0.5;
+            fa *= stays < 0 ? 0.5 : 1.0;
+            stays = -1;
         } else {
             a = m;
             fa = fm;
-            fb *= 0.5;
+            fb *= stays > 0 ? 0.5 : 1.0;
+            stays = 1;
         }
     }
     return fa <= 0.0 ? a : fb >= 0.0 ? b : clamp(a + (b - a) * fa / (fa - fb), a, b);
 }
 
 // The first p in [a, b] at which the curve leaves its side of the field, within one cell; 2 if it does not.
-float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b) {
+float first_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b) {
     float low = a, size = b - a;
     uint at = 0u;
     int depth = 0;
@@ -126,7 +156,7 @@ float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b)
     for (int i = 0; i < 64; ++i) {
         float high = depth == 0 ? b : low + size;
         float f[6];
-        clearance_coefficients(curve, field, cell, h, low, high, f);
+        clearance_coefficients(curve, powers, field, cell, h, low, high, f);
         bool clear = true;
         int changes = 0;
         for (int k = 1; k < 6; ++k) {
@@ -138,7 +168,7 @@ float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b)
             return changes == 1 && depth == 0 ? 2.0 : low;
         }
         if (changes == 1 && f[5] < 0.0) {
-            return refined_root(curve, field, cell, h, low, high);
+            return refined_root(curve, powers, field, cell, h, low, high);
         }
         if (!clear && depth < 12 && size > LEAST_STEP) {
             ++depth;
@@ -166,45 +196,48 @@ float first_root(Curve curve, Field field, ivec2 cell, vec4 h, float a, float b)
 // The first p at which the curve hits the field, or 2. `field.side` says where it starts and, on return, where it ends.
 // `limit` bounds the steps; 0 on return says that it was reached.
 float exact_hit(Curve curve, inout Field field, inout int limit) {
+    Powers powers = powers_of(curve);
     float p = 0.0, step = 1.0, inch = LEAST_STEP;
     while (p < 1.0 && limit > 0) {
-        --limit;
-        float q = min(p + step, 1.0);
-        vec3 w = piece(curve.w, p, q);
-        bool bounded = min(w.x, min(w.y, w.z)) > 0.0 || max(w.x, max(w.y, w.z)) < 0.0;
-        if (!bounded && q - p > 64.0 * LEAST_STEP) {
-            step = 0.25 * (q - p);
-            continue;
-        }
-        if (bounded) {
-            vec3 x = piece(curve.x, p, q) / w, y = piece(curve.y, p, q) / w;
-            vec2 low = vec2(min(x.x, min(x.y, x.z)), min(y.x, min(y.y, y.z)));
-            vec2 high = vec2(max(x.x, max(x.y, x.z)), max(y.x, max(y.y, y.z)));
+        // Boxes, until one is small enough for its cells: lanes that march together stay together so.
+        bool cells = false;
+        while (!cells && p < 1.0 && limit > 0) {
+            --limit;
+            float q = min(p + step, 1.0);
+            vec3 a = point_at(powers, p), m = control_between(powers, p, q), b = point_at(powers, q);
+            bool bounded = min(a.z, min(m.z, b.z)) > 0.0 || max(a.z, max(m.z, b.z)) < 0.0;
+            a.xy /= a.z;
+            m.xy /= m.z;
+            b.xy /= b.z;
+            vec2 low = min(a.xy, min(m.xy, b.xy)), high = max(a.xy, max(m.xy, b.xy));
             vec2 room = 1e-3 + 4e-7 * max(abs(low), abs(high));
             ivec2 first = ivec2(floor(low - room)), last = ivec2(floor(high + room));
-            if (any(greaterThan(last - first, ivec2(1)))) {
+            if (!bounded) {
+                cells = q - p <= 64.0 * LEAST_STEP;
+                step = 0.25 * (q - p);
+            } else {
                 vec2 bounds = height_bounds(curve.origin + first, curve.origin + last);
-                float ta = level_at(curve, p), tb = level_at(curve, q);
-                bool skip = field.side > 0.0 ? min(ta, tb) > field_level(field, bounds.y)
-                                             : max(ta, tb) < field_level(field, bounds.x);
-                if (skip) {
+                float bound = field_level(field, field.side > 0.0 ? bounds.y : bounds.x);
+                float from = field.side * (level_at(curve, p) - bound), to = field.side * (level_at(curve, q) - bound);
+                if (from > 0.0 && to > 0.0) {
                     p = q;
                     step *= 2.0;
+                } else if (all(lessThanEqual(last - first, ivec2(1)))) {
+                    cells = true;
                 } else {
                     step = 0.25 * (q - p);
+                    // Clear as far as the bound; less a little for rounding.
+                    p += from > 0.0 ? max((q - p) * (from / (from - to)) * 0.999 - LEAST_STEP, 0.0) : 0.0;
                 }
-                continue;
             }
+        }
+        if (!cells) {
+            break;
         }
 
         // Few cells, or none that a box can bound: the cell at p, to where the curve leaves it.
-        ivec2 cell = ivec2(floor(curve_at(curve, p)));
-        vec3 right = (float(cell.x) + 1.0) * curve.w - curve.x, left = curve.x - float(cell.x) * curve.w;
-        vec3 down = (float(cell.y) + 1.0) * curve.w - curve.y, up = curve.y - float(cell.y) * curve.w;
-        float orientation = blossom(curve.w, p, p) < 0.0 ? -1.0 : 1.0;
-        float leave = min(min(outward_crossing(orientation * right, p), outward_crossing(orientation * left, p)),
-                          min(outward_crossing(orientation * down, p), outward_crossing(orientation * up, p)));
-        leave = min(leave, 1.0);
+        ivec2 cell = ivec2(floor(curve_at(powers, p)));
+        float leave = min(cell_exit(powers, cell, p), 1.0);
         if (leave - p < LEAST_STEP) {
             // Within rounding of a border the cell may be the old one still. Its patch serves there too; further on it
             // takes more than an inch to see the new one.
@@ -213,7 +246,7 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         } else {
             inch = LEAST_STEP;
         }
-        vec4 h = height_cell(curve.origin + cell, 0);
+        vec4 h = height_cell(curve.origin + cell);
         float from = p;
         // At most one hit from each side, so at most three pieces: a below-above-below passes twice.
         for (int pass = 0; pass < 3; ++pass) {
@@ -221,7 +254,7 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             bool clear = field.side > 0.0
                 ? min(ta, tb) > field_level(field, max(max(h.x, h.y), max(h.z, h.w)))
                 : max(ta, tb) < field_level(field, min(min(h.x, h.y), min(h.z, h.w)));
-            float root = clear ? 2.0 : first_root(curve, field, cell, h, from, leave);
+            float root = clear ? 2.0 : first_root(curve, powers, field, cell, h, from, leave);
             if (root > 1.0) {
                 break;
             }

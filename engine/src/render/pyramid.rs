@@ -36,7 +36,7 @@ pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
     (1..=top).map(|level| cells.map(|n| n.div_ceil(1 << level) + 1)).collect()
 }
 
-/// Builds the pyramid of `map`, one dispatch a level, and waits for it.
+/// Builds the pyramid of `map`, two dispatches a level, and waits for it.
 pub fn build(
     ctx: &Context,
     compiler: &ShaderCompiler,
@@ -55,13 +55,19 @@ pub fn build(
     let mut uploader = Uploader::new(ctx)?;
     // The transfer is for the test, which reads it back.
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
-    let buffer = uploader.buffer(&format!("{} pyramid", map.name()), usage, &content)?;
+    let nodes = uploader.buffer(&format!("{} nodes", map.name()), usage, &content)?;
+    let pairs = uploader.buffer(&format!("{} pyramid", map.name()), usage, &content)?;
     uploader.finish()?;
 
-    let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
+    let defines = wrap_defines(wrap);
+    let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &defines)?;
     let pipeline = Pipeline::compute(ctx, "pyramid", &shader)?;
-    let bindings = [("height_map", Binding::Image(map, sampler)), ("pyramid", Binding::Buffer(&buffer))];
+    let bindings = [("height_map", Binding::Image(map, sampler)), ("pyramid", Binding::Buffer(&nodes))];
     let set = DescriptorSet::new(ctx, &pipeline, 0, &bindings)?;
+    let shader = compiler.compile("render/pyramid_pairs.comp", ShaderStage::Compute, &defines)?;
+    let pairing = Pipeline::compute(ctx, "pyramid pairs", &shader)?;
+    let bindings = [("height_map", bindings[0].1), ("pyramid", bindings[1].1), ("pairs", Binding::Buffer(&pairs))];
+    let pairing_set = DescriptorSet::new(ctx, &pairing, 0, &bindings)?;
     run_once(ctx, |cmd| {
         cmd.region("pyramid", |cmd| {
             cmd.bind_pipeline(&pipeline);
@@ -69,13 +75,19 @@ pub fn build(
             for (level, [width, height]) in (1..).zip(&sizes) {
                 cmd.push(&pipeline, &LevelBlock { level });
                 cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
-                cmd.buffer_barrier(&buffer, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
+                cmd.buffer_barrier(&nodes, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
             }
-            cmd.buffer_barrier(&buffer, Access::COMPUTE_WRITE, Access::FRAGMENT_READ);
+            cmd.bind_pipeline(&pairing);
+            cmd.bind_set(&pairing, 0, &pairing_set);
+            for (level, [width, height]) in (1..).zip(&sizes) {
+                cmd.push(&pairing, &LevelBlock { level });
+                cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
+            }
+            cmd.buffer_barrier(&pairs, Access::COMPUTE_WRITE, Access::FRAGMENT_READ);
         });
         Ok(())
     })?;
-    Ok(buffer)
+    Ok(pairs)
 }
 
 #[cfg(test)]
@@ -122,9 +134,9 @@ mod tests {
         copy.read().unwrap()
     }
 
-    /// Every node bounds its texels; exactly so where its children do not lie past the end of the map.
+    /// Every pair of nodes bounds its texels; exactly so where its children do not lie past the end of the map.
     #[test]
-    fn every_node_bounds_its_texels() {
+    fn every_pair_of_nodes_bounds_its_texels() {
         let ctx = Context::new(&ContextDesc { validation: Validation::Sync, ..ContextDesc::default() }).unwrap();
         let compiler = shader_compiler(None).unwrap();
         let sampler = Sampler::new(&ctx, &SamplerDesc::default()).unwrap();
@@ -162,7 +174,9 @@ mod tests {
                     let (low, high) = (node as u16, (node >> 16) as u16);
                     let first = [i64::from(x), i64::from(y)].map(|k| k << level);
                     let first = [first[0] - shift[0], first[1] - shift[1]];
-                    let last = first.map(|f| f + (1 << level));
+                    // With its successors, where it has any.
+                    let reach = [x + 1 < columns, y + 1 < rows].map(|more| if more { 2 << level } else { 1 << level });
+                    let last = [first[0] + reach[0], first[1] + reach[1]];
                     let [least, greatest] = bounds(&texels, size, wrap, first, last);
                     let place = format!("{size:?} {wrap:?} level {level} node {x},{y}");
                     assert!(low <= least && high >= greatest, "{place}: {low}..{high}, texels {least}..{greatest}");

@@ -14,7 +14,7 @@ use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
-use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
+use crate::scene::{Displacement, HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
@@ -26,8 +26,8 @@ pub struct Images {
     color: HashMap<usize, Image>,
     heights: HashMap<usize, Image>,
     samplers: HashMap<SceneSampler, Sampler>,
-    /// For `texelFetch` only: wrap and filter are the shader's own.
-    height_sampler: Option<Sampler>,
+    /// For gathers: the filter is the shader's own.
+    height_samplers: HashMap<[Wrap; 2], Sampler>,
     /// Min-max pyramids of height maps, for the exact march.
     pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
 }
@@ -52,14 +52,15 @@ impl Images {
                     let map = &scene.height_maps[displacement.map];
                     entry.insert(upload_height(ctx, &mut uploader, scene, map)?);
                 }
-                if self.height_sampler.is_none() {
+                if let Entry::Vacant(entry) = self.height_samplers.entry(displacement.wrap) {
                     let desc = SamplerDesc {
                         mag: vk::Filter::NEAREST,
                         min: vk::Filter::NEAREST,
                         mip: vk::SamplerMipmapMode::NEAREST,
+                        wrap: address_modes(displacement.wrap),
                         ..SamplerDesc::default()
                     };
-                    self.height_sampler = Some(Sampler::new(ctx, &desc)?);
+                    entry.insert(Sampler::new(ctx, &desc)?);
                 }
             }
         }
@@ -72,7 +73,7 @@ impl Images {
             }
             let key = (displacement.map, height.wrap);
             if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(displacement.map);
+                let (image, sampler) = self.height(&displacement);
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
             }
@@ -81,9 +82,8 @@ impl Images {
     }
 
     /// A height map and its sampler, uploaded before.
-    fn height(&self, map: usize) -> (&Image, &Sampler) {
-        let sampler = self.height_sampler.as_ref().expect("made with the first height map");
-        (&self.heights[&map], sampler)
+    fn height(&self, displacement: &Displacement) -> (&Image, &Sampler) {
+        (&self.heights[&displacement.map], &self.height_samplers[&displacement.wrap])
     }
 
     /// The image bindings of one draw.
@@ -98,7 +98,7 @@ impl Images {
             })
             .collect();
         if let (Some(height), Some(displacement)) = (variant.height, material.displacement) {
-            let (image, sampler) = self.height(displacement.map);
+            let (image, sampler) = self.height(&displacement);
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
@@ -154,17 +154,20 @@ fn image_desc(name: &str, extent: [u32; 2], format: vk::Format) -> ImageDesc<'_>
     ImageDesc { name, extent, format, mips: 1, samples, usage: vk::ImageUsageFlags::SAMPLED }
 }
 
-fn sampler(ctx: &Context, sampler: SceneSampler) -> Result<Sampler> {
-    let wrap = sampler.wrap.map(|wrap| match wrap {
+fn address_modes(wrap: [Wrap; 2]) -> [vk::SamplerAddressMode; 2] {
+    wrap.map(|wrap| match wrap {
         Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
         Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-    });
+    })
+}
+
+fn sampler(ctx: &Context, sampler: SceneSampler) -> Result<Sampler> {
     Sampler::new(
         ctx,
         &SamplerDesc {
             mag: if sampler.nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR },
-            wrap,
+            wrap: address_modes(sampler.wrap),
             max_lod: if sampler.no_mips { 0.0 } else { vk::LOD_CLAMP_NONE },
             anisotropy: if sampler.nearest { 1.0 } else { ANISOTROPY },
             ..SamplerDesc::default()
