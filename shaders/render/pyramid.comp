@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One level of the min-max pyramid: level 1 from the map, each further level from the one below.
+// One level of the min-max pyramid: level 0 from the map, each further level from the one below.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0) uniform sampler2D height_map;
@@ -12,14 +12,8 @@ layout(push_constant) uniform LevelBlock { int level; };
 #include "shell/pyramid.glsl"
 
 vec2 from_texels(ivec2 node) {
-    vec2 bounds = vec2(1.0, 0.0);
-    ivec2 cell = 2 * node - pyramid_shift();
-    for (int i = 0; i < 4; ++i) {
-        vec4 h = height_cell(cell + ivec2(i & 1, i >> 1));
-        bounds.x = min(bounds.x, min(min(h.x, h.y), min(h.z, h.w)));
-        bounds.y = max(bounds.y, max(max(h.x, h.y), max(h.z, h.w)));
-    }
-    return bounds;
+    vec4 h = height_cell(node - pyramid_shift());
+    return vec2(min(min(h.x, h.y), min(h.z, h.w)), max(max(h.x, h.y), max(h.z, h.w)));
 }
 
 // First node of the level below that a child index means, and whether its successor is needed too: past the level's end
@@ -42,7 +36,7 @@ void main() {
         return;
     }
     vec2 bounds = vec2(1.0, 0.0);
-    if (level == 1) {
+    if (level == 0) {
         bounds = from_texels(node);
     } else {
         ivec2 below = pyramid_nodes(size, level - 1), period = pyramid_period(size);

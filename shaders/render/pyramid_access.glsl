@@ -9,7 +9,7 @@
 layout(std430, set = 1, binding = 9) readonly buffer PyramidBlock { uint item[]; } pyramid;
 
 vec2 height_bounds(ivec2 first, ivec2 last) {
-    ivec2 size = textureSize(HEIGHT_MAP, 0), period = pyramid_period(size), extent = last - first;
+    ivec2 size = ivec2(HEIGHT_SIZE), period = pyramid_period(size), extent = last - first;
     // Where the map is clamped, all cells beyond it are like the outermost.
     ivec2 start;
     for (int axis = 0; axis < 2; ++axis) {
@@ -21,10 +21,10 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
         }
     }
     int top = pyramid_top(size);
-    int level = clamp(findMSB(max(max(extent.x, extent.y), 1) - 1) + 1, 1, top);
+    int level = clamp(findMSB(max(max(extent.x, extent.y), 1) - 1) + 1, 0, top);
     ivec2 end = start + extent;
     // Half the size serves where the box happens to lie in two nodes of it.
-    if (level > 1 && all(lessThanEqual((end >> (level - 1)) - (start >> (level - 1)), ivec2(1)))) {
+    if (level > 0 && all(lessThanEqual((end >> (level - 1)) - (start >> (level - 1)), ivec2(1)))) {
         --level;
     }
     // Beyond the top level's reach the box holds the whole map.

@@ -8,6 +8,7 @@
 
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
+#define HEIGHT_SIZE material.height_size.xy
 #include "shell/height.glsl"
 #include "render/pyramid_access.glsl"
 #include "shell/prism.glsl"

@@ -16,6 +16,7 @@ layout(location = 3) in vec4 in_tangent;
 layout(location = 4) in vec2 in_height_uv;
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
+#define HEIGHT_SIZE material.height_size.xy
 #include "shell/height.glsl"
 #include "render/pyramid_access.glsl"
 #include "shell/plane.glsl"

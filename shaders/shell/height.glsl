@@ -1,9 +1,13 @@
 // Bilinear heights in f32, with the texels chosen by the shader: the sampler's own filter works in 8-bit fractions.
 //
 // The including shader defines HEIGHT_MAP (a sampler2D) and HEIGHT_WRAP_U, HEIGHT_WRAP_V (0 repeat, 1 mirror, 2 clamp),
-// or gives its own `height_at` and `height_gradient`, e.g. of a procedure, and does not include this file.
+// may define HEIGHT_SIZE (vec2, texels) where it has the size at hand, or gives its own `height_at` and `height_gradient`, e.g. of a procedure, and does not include this file.
 #ifndef SHELL_HEIGHT_GLSL
 #define SHELL_HEIGHT_GLSL
+
+#ifndef HEIGHT_SIZE
+#define HEIGHT_SIZE vec2(textureSize(HEIGHT_MAP, 0))
+#endif
 
 int wrap_texel(int i, int n, const int mode) {
     if (mode == 2) {
@@ -19,12 +23,12 @@ int wrap_texel(int i, int n, const int mode) {
 // The texels of cell `cell`, which spans texel centres `cell` and `cell` + 1: row by row, wrapped one by one by the
 // sampler. In the middle of the four, rounding cannot choose others.
 vec4 height_cell(ivec2 cell) {
-    return textureGather(HEIGHT_MAP, (vec2(cell) + 1.0) / vec2(textureSize(HEIGHT_MAP, 0))).wzxy;
+    return textureGather(HEIGHT_MAP, (vec2(cell) + 1.0) / HEIGHT_SIZE).wzxy;
 }
 
 // The four texels around `uv`, the position between them and the size of the map.
 vec4 height_texels(vec2 uv, out vec2 between, out vec2 size) {
-    size = vec2(textureSize(HEIGHT_MAP, 0));
+    size = HEIGHT_SIZE;
     vec2 at = uv * size - 0.5;
     vec2 low = floor(at);
     between = at - low;

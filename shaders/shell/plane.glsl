@@ -56,7 +56,7 @@ int plane_steps(PlaneMarch march, float cosine) {
 #ifdef MARCH_EXACT
 // From the top of the range down to the field, exactly. Always ends in a hit: at the bottom at the latest.
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
-    vec2 size = vec2(textureSize(HEIGHT_MAP, 0));
+    vec2 size = HEIGHT_SIZE;
     vec2 a = (ray.uv + march.t1 * ray.slope) * size - 0.5, b = (ray.uv + march.t0 * ray.slope) * size - 0.5;
     Curve curve;
     curve.origin = ivec2(floor(a));

@@ -9,7 +9,7 @@
 #ifndef SHELL_PYRAMID_GLSL
 #define SHELL_PYRAMID_GLSL
 
-const int PYRAMID_LEVELS = 16; // levels 1 to 15; level 0 is the map's own cells
+const int PYRAMID_LEVELS = 16;
 
 // Cells after which an axis of `n` texels repeats, or ends where it is clamped.
 int pyramid_period(int n, const int mode) {

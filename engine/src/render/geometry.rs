@@ -92,6 +92,8 @@ impl PrimitiveData {
         if let Some(d) = &displacement {
             let (low, high) = scene.displacement_range(primitive);
             let scale = primitive.displacement_scale;
+            let map = &scene.height_maps[d.map];
+            data.height_size = Vec4::new(map.width as f32, map.height as f32, 0.0, 0.0);
             data.displacement = Vec4::new(scale as f32, d.midlevel as f32, low as f32, high as f32);
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
@@ -173,6 +175,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         emissive: material.emissive_factor.extend(material.alpha_cutoff.unwrap_or(0.0)),
         displacement: Vec4::new(0.0, midlevel as f32, 0.0, 0.0),
         uv_bounds: Vec4::ZERO,
+        height_size: Vec4::ZERO,
         march: UVec4::new(
             settings.min_steps,
             settings.max_steps,

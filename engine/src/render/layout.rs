@@ -153,6 +153,8 @@ shared! {
         displacement: Vec4,
         /// Least and greatest UV of the primitive in the height map.
         uv_bounds: Vec4,
+        /// Texels of the height map.
+        height_size: Vec4,
         /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
         /// Rows of the texture transform, as (a, b, offset, unused).

@@ -1,4 +1,4 @@
-//! The min-max pyramid of a height map, built by compute: a table of level offsets, then the nodes of levels 1 and up.
+//! The min-max pyramid of a height map, built by compute: a table of level offsets, then the nodes of all levels.
 //! `shaders/shell/pyramid.glsl` defines nodes and levels; the sizes here are the same formulas.
 
 use bytemuck::{Pod, Zeroable};
@@ -24,7 +24,7 @@ struct LevelBlock {
     level: u32,
 }
 
-/// Nodes of each level from 1 to the top, along both axes, for a map of `size` texels.
+/// Nodes of each level from 0 to the top, along both axes, for a map of `size` texels.
 pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
     let cells = [0, 1].map(|axis| match wrap[axis] {
         Wrap::Repeat => size[axis],
@@ -33,7 +33,7 @@ pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
         Wrap::Clamp => size[axis] + 1,
     });
     let top = cells[0].max(cells[1]).next_power_of_two().trailing_zeros().max(1);
-    (1..=top).map(|level| cells.map(|n| n.div_ceil(1 << level) + 1)).collect()
+    (0..=top).map(|level| cells.map(|n| n.div_ceil(1 << level) + 1)).collect()
 }
 
 /// Builds the pyramid of `map`, two dispatches a level, and waits for it.
@@ -48,7 +48,7 @@ pub fn build(
     let mut content = vec![0u32; LEVELS];
     let mut end = LEVELS as u32;
     for (i, [width, height]) in sizes.iter().enumerate() {
-        content[i + 1] = end;
+        content[i] = end;
         end += width * height;
     }
     content.resize(end as usize, 0);
@@ -72,14 +72,14 @@ pub fn build(
         cmd.region("pyramid", |cmd| {
             cmd.bind_pipeline(&pipeline);
             cmd.bind_set(&pipeline, 0, &set);
-            for (level, [width, height]) in (1..).zip(&sizes) {
+            for (level, [width, height]) in (0..).zip(&sizes) {
                 cmd.push(&pipeline, &LevelBlock { level });
                 cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
                 cmd.buffer_barrier(&nodes, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
             }
             cmd.bind_pipeline(&pairing);
             cmd.bind_set(&pairing, 0, &pairing_set);
-            for (level, [width, height]) in (1..).zip(&sizes) {
+            for (level, [width, height]) in (0..).zip(&sizes) {
                 cmd.push(&pairing, &LevelBlock { level });
                 cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
             }
@@ -168,7 +168,7 @@ mod tests {
 
             let shift = wrap.map(|w| i64::from(w == Wrap::Clamp));
             let size = size.map(i64::from);
-            for (level, [columns, rows]) in (1..).zip(level_sizes(size.map(|n| n as u32), wrap)) {
+            for (level, [columns, rows]) in (0..).zip(level_sizes(size.map(|n| n as u32), wrap)) {
                 for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
                     let node = items[(items[level] + y * columns + x) as usize];
                     let (low, high) = (node as u16, (node >> 16) as u16);
