@@ -23,7 +23,7 @@ use prism_engine::{
     render,
     settings::{Shell, Stage},
 };
-use rig::Rig;
+use rig::{Rig, random::Random};
 
 /// What the rays are aimed at and how they are made; the order of the shader's classes.
 const TARGETS: [&str; 3] = ["wall", "mid-edge", "vertex"];
@@ -45,19 +45,6 @@ const SCALE: f64 = 0.5;
 const THICK: [f64; 2] = [-0.2, 0.2];
 /// Powers of two, so that a mesh of few bits keeps them.
 const SIZES: [f64; 3] = [1.0 / 1024.0, 1.0, 1024.0];
-
-/// Numbers in [0, 1) in an order that looks random, the same each time (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
 
 /// A closed mesh of radius about 1 around the origin, by its surface at [`LEVEL`].
 struct Mesh {

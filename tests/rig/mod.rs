@@ -3,6 +3,7 @@
 // Every test file is a program of its own and uses its own part of this.
 #![allow(dead_code)]
 
+pub mod random;
 pub mod worst;
 
 use std::{path::Path, sync::Arc};
