@@ -6,6 +6,8 @@
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 
+#include "shell/plain.glsl"
+
 // How the neighbour across a wall continues the surface.
 const uint WALL_SAME = 0u;   // the same height there: no step
 const uint WALL_SEAM = 1u;   // displaced, with other texture coordinates: its height is read through `neighbour_uv`
@@ -30,15 +32,6 @@ struct MarchSettings {
     vec2 map_size;            // texels
     bool two_sided;           // hits from behind count
     int step_limit;           // exact: steps in one prism before it gives up, as a multiple of the cells on the way
-};
-
-struct ShellHit {
-    bool hit;
-    float depth;      // view depth
-    float t;          // level
-    vec3 lambda;      // barycentric weights
-    int wall;         // the wall hit (a step or a closed border), or -1 for the height field itself
-    int limits;       // loops that gave up
 };
 
 // The path's numerators over their shared denominator, coordinates relative to corner 0.
@@ -251,40 +244,18 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
     return along;
 }
 
-const ShellHit NOTHING = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
-
-// The hit on a plain triangle: level 0 of a prism without height, by the same walls as its neighbours'.
-ShellHit plain_trace(ProjectedPrism projected, vec3 canonical[3], vec3 s[3], MarchSettings settings, vec3 depth,
-                     float near, float handedness) {
-    vec3 sides, weights;
-    for (int k = 0; k < 3; ++k) {
-        float side = canonical[k].x != 0.0 ? canonical[k].x : side_on_wall(projected, k);
-        sides[k] = projected.descending[k] ? -side : side;
-        weights[k] = s[k].x;
-    }
-    bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
-    bool climbs = front == (handedness > 0.0);
-    if ((!front && !back) || (climbs && !settings.two_sided)) {
-        return NOTHING;
-    }
-    float sum = weights.x + weights.y + weights.z;
-    vec3 lambda = weights / sum;
-    float hit_depth = dot(lambda, depth);
-    return sum == 0.0 || hit_depth < near ? NOTHING : ShellHit(true, hit_depth, 0.0, lambda, -1, 0);
-}
-
 // The first hit of the pixel's ray in a prism, beyond the near plane.
 // handedness: sign of det of the linear x, y, w rows (x, y, view depth when orthographic) of mesh to clip: t climbs
 // away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
 ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settings, vec3 depth, vec3 slope, float near,
                      float handedness) {
+    if (prism.plain) {
+        return plain_trace(projected, settings.two_sided, depth, near, handedness);
+    }
     vec3 canonical[3], s[3];
     for (int k = 0; k < 3; ++k) {
         canonical[k] = wall_quadratic(projected, k);
         s[k] = canonical[k] * wall_sign(projected, k);
-    }
-    if (prism.plain) {
-        return plain_trace(projected, canonical, s, settings, depth, near, handedness);
     }
     vec3 sides;
     Crossings crossings = prism_crossings(projected, canonical, prism.t0, prism.t1, sides);

@@ -1,10 +1,10 @@
 //! A primitive as the shaders read it: vertices, prisms, indices, material.
 
-use glam::{DAffine2, DVec3, UVec4, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DVec3, UVec4, Vec2, Vec4};
 
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
 use super::plan::{PlannedPrimitive, source};
-use crate::scene::{Material, Primitive, Scene, TextureRef};
+use crate::scene::{Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
 use crate::shell::prisms::{self, Prism};
 
@@ -13,7 +13,8 @@ const DEFAULT_MIDLEVEL: f64 = 0.5;
 
 /// What one primitive uploads.
 pub struct PrimitiveData {
-    /// Mesh-space point that the positions are relative to.
+    /// Mesh-space point that the positions are relative to; of all primitives of a mesh the same, so that where they meet
+    /// they do so to the bit.
     pub center: DVec3,
     /// Per vertex.
     pub vertices: Vec<Vertex>,
@@ -32,7 +33,7 @@ impl PrimitiveData {
         let material = &scene.materials[primitive.material];
         let mesh = &scene.meshes[planned.mesh];
         let displacement = prisms::displacement(scene, primitive);
-        let center = center(&primitive.positions);
+        let center = center(mesh);
         let height_uv = match &displacement {
             Some(d) if planned.shell.height_uv.is_empty() => prisms::height_uvs(primitive, d),
             _ => planned.shell.height_uv.clone(),
@@ -52,7 +53,7 @@ impl PrimitiveData {
                 }
             })
             .collect();
-        let traced = planned.shell.is_displaced();
+        let traced = !planned.shell.prisms.is_empty();
         let indices = if traced { Vec::new() } else { primitive.triangles.clone() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
@@ -66,20 +67,20 @@ impl PrimitiveData {
             center,
             vertices,
             indices,
-            prisms: planned.shell.prisms.iter().filter(|_| traced).map(gpu_prism).collect(),
+            prisms: planned.shell.prisms.iter().map(gpu_prism).collect(),
             material: data,
         }
     }
 }
 
-/// Middle of the bounding box.
-fn center(positions: &[Vec3]) -> DVec3 {
+/// Middle of a mesh's bounding box.
+fn center(mesh: &Mesh) -> DVec3 {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in positions {
+    for p in mesh.primitives.iter().flat_map(|p| &p.positions) {
         low = low.min(p.as_dvec3());
         high = high.max(p.as_dvec3());
     }
-    if positions.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) }
+    if low.is_finite() { 0.5 * (low + high) } else { DVec3::ZERO }
 }
 
 /// Bounds of the coordinates that some triangle uses.

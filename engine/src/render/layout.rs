@@ -91,7 +91,7 @@ shared! {
         /// Cone: clamp(cos · x + y) is its edge's fade; a point light has (0, 1).
         spot: Vec4,
     }
-    /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the primitive's centre.
+    /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the mesh's centre.
     Object {
         /// Row of mesh to clip x.
         clip_x: Vec4,
@@ -120,7 +120,7 @@ shared! {
     }
     /// One vertex.
     Vertex {
-        /// Position, rebased to the primitive's centre; w unused.
+        /// Position, rebased to the mesh's centre; w unused.
         position: Vec4,
         /// Shell normal times its fold factor r; w: u of the height map.
         shell: Vec4,

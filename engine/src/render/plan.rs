@@ -27,7 +27,7 @@ pub struct PlannedPrimitive {
     pub mesh: usize,
     /// Index in the mesh.
     pub primitive: usize,
-    /// Prisms, and the triangles that stay plain; empty without displacement or without a shell.
+    /// Prisms, plain triangles among them; empty where nothing displaced is connected to it, or without a shell.
     pub shell: ShellGeometry,
     /// r of each of its vertices (DESIGN section 1).
     pub factors: Vec<f64>,
@@ -115,7 +115,6 @@ fn plan_draws(
     let primitive = &scene.meshes[instance.mesh].primitives[geometry.primitive];
     let material = &scene.materials[primitive.material];
     let displacement = prisms::displacement(scene, primitive);
-    let shell = displacement.filter(|_| geometry.shell.is_displaced());
     let plain = Variant {
         geometry: Geometry::Surface,
         textures: textures(material),
@@ -133,8 +132,9 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
         }
     };
-    if let Some(displacement) = shell {
-        let height = Some(height(&displacement, settings, true));
+    if prisms > 0 {
+        let shown = displacement.filter(|_| geometry.shell.is_displaced());
+        let height = shown.map(|d| height(&d, settings, true));
         let geometry = Geometry::Shell(stage);
         let variant = Variant { geometry, height, mirrored: false, double_sided: false, ..plain };
         push(variant, 0..prisms);

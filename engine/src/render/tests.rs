@@ -1,6 +1,6 @@
 //! The renderer on a small scene of its own.
 
-use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::*;
 use crate::gpu::{ContextDesc, run_once};
@@ -23,17 +23,6 @@ fn scene() -> Scene {
     };
     let material = Material {
         name: "checkers".into(),
-        base_color_factor: Vec4::ONE,
-        base_color: None,
-        metallic: 0.0,
-        roughness: 1.0,
-        metallic_roughness: None,
-        normal: None,
-        occlusion: None,
-        emissive_factor: Vec3::ZERO,
-        emissive: None,
-        alpha_cutoff: None,
-        double_sided: false,
         displacement: Some(Displacement {
             map: 0,
             wrap: [Wrap::Repeat; 2],
@@ -44,6 +33,7 @@ fn scene() -> Scene {
             midlevel: 0.5,
             border_wall: false,
         }),
+        ..Material::default()
     };
     let texels = (0..64).map(|i| if (i + i / 8) % 2 == 0 { 0 } else { u16::MAX }).collect();
     Scene {
@@ -64,10 +54,10 @@ fn scene() -> Scene {
     }
 }
 
-/// Draws it once; the surface and the loops that reached their limit.
-fn draw(settings: &Settings) -> (Aov, Option<u32>) {
-    let scene = scene();
-    let features = features(&scene, settings, false);
+const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+
+fn renderer(scene: &Scene, settings: &Settings) -> (Context, Renderer) {
+    let features = features(scene, settings, false);
     let ctx = Context::new(&ContextDesc {
         validation: Validation::Sync,
         required: &features.required,
@@ -76,15 +66,21 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
     })
     .unwrap();
     let compiler = shader_compiler(None).unwrap();
-    let color_format = vk::Format::R8G8B8A8_SRGB;
-    let output = Output { color_format, aov: true };
-    let mut renderer = Renderer::new(&ctx, &compiler, &scene, settings, output).unwrap();
+    let output = Output { color_format: COLOR_FORMAT, aov: true };
+    let renderer = Renderer::new(&ctx, &compiler, scene, settings, output).unwrap();
+    (ctx, renderer)
+}
+
+/// Draws it once; the surface and the loops that reached their limit.
+fn draw(settings: &Settings) -> (Aov, Option<u32>) {
+    let scene = scene();
+    let (ctx, mut renderer) = renderer(&scene, settings);
     let target = Image::new(
         &ctx,
         &ImageDesc {
             name: "picture",
             extent: [96, 64],
-            format: color_format,
+            format: COLOR_FORMAT,
             usage: vk::ImageUsageFlags::COLOR_ATTACHMENT,
             ..ImageDesc::default()
         },
@@ -130,5 +126,76 @@ fn a_pixel_has_the_reference_s_depth() {
         let differs = |(a, b): &(&f32, &f32)| a.is_finite() != b.is_finite() || (*a - *b).abs() > tolerance * *b;
         let wrong = drawn.depth.iter().zip(&reference.depth).filter(differs).count();
         assert!(wrong <= most, "{}: {wrong} of {covered}", settings.march);
+    }
+}
+
+/// The square in two: the second triangle is plain, of a primitive and a material of its own.
+fn half_plain() -> Scene {
+    let mut scene = scene();
+    scene.materials.push(Material::default());
+    let primitives = &mut scene.meshes[0].primitives;
+    let whole = primitives.remove(0);
+    for (material, first, displacement_scale) in [(0, 0, whole.displacement_scale), (1, 1, 0.0)] {
+        let corners = whole.triangles[first].map(|v| v as usize);
+        primitives.push(Primitive {
+            material,
+            displacement_scale,
+            positions: corners.map(|v| whole.positions[v]).to_vec(),
+            normals: corners.map(|v| whole.normals[v]).to_vec(),
+            uvs: [corners.map(|v| whole.uvs[0][v]).to_vec(), Vec::new()],
+            weld: corners.map(|v| whole.weld[v]).to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..whole.clone()
+        });
+    }
+    scene
+}
+
+#[test]
+fn a_plain_neighbour_is_traced_without_a_height_map() {
+    let (ctx, renderer) = renderer(&half_plain(), &Settings::default());
+    ctx.check_validation().unwrap();
+    let names: Vec<String> = renderer.pipelines().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["shell exact", "shell plain"]);
+    let [displaced, plain] = [0, 1].map(|i| renderer.pipelines()[i].1.shaders().last().unwrap().clone());
+    let reads = |shader: &crate::gpu::Shader, name| shader.reflection.bindings.iter().any(|b| b.name == name);
+    for name in ["height_map", "pyramid"] {
+        assert!(reads(&displaced, name) && !reads(&plain, name), "{name}");
+    }
+    let [displaced, plain] = [displaced.spirv.len(), plain.spirv.len()];
+    assert!(plain * 2 < displaced, "{plain} words of {displaced}: the march is still there");
+}
+
+#[test]
+fn a_plain_primitive_that_touches_no_shell_is_rasterised() {
+    let mut scene = half_plain();
+    for vertex in &mut scene.meshes[0].primitives[1].weld {
+        *vertex += 4;
+    }
+    scene.meshes[0].shell_normals = vec![DVec3::Y; 8];
+    let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
+    let drawn: Vec<Geometry> = plan.draws.iter().map(|d| d.variant.geometry).collect();
+    assert_eq!(drawn, [Geometry::Shell(Stage::Mesh), Geometry::Surface]);
+}
+
+#[test]
+fn primitives_of_a_mesh_meet_to_the_bit() {
+    let mut scene = half_plain();
+    // Off every power of two, so that one centre more would round otherwise.
+    for primitive in &mut scene.meshes[0].primitives {
+        primitive.positions.iter_mut().for_each(|p| *p = *p * 0.1 + Vec3::new(0.3, 7.1, -0.7));
+    }
+    let settings = Settings::default();
+    let plan = plan::plan(&scene, &settings, Stage::Mesh, true);
+    let data: Vec<_> =
+        plan.primitives.iter().map(|planned| geometry::PrimitiveData::new(&scene, planned, &settings)).collect();
+    assert_eq!(data[0].center, data[1].center);
+    let vertex = |primitive: usize, weld: u32| {
+        let at = scene.meshes[0].primitives[primitive].weld.iter().position(|w| *w == weld).unwrap();
+        let vertex = data[primitive].vertices[at];
+        [vertex.position, vertex.shell].map(|v| v.truncate().to_array().map(f32::to_bits))
+    };
+    for weld in [0, 2] {
+        assert_eq!(vertex(0, weld), vertex(1, weld));
     }
 }

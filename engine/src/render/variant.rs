@@ -83,7 +83,7 @@ impl Variant {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
             (Geometry::Shell(_), height) => {
-                format!("shell {}", height.map_or(March::None, |height| height.march))
+                format!("shell {}", height.map_or_else(|| "plain".into(), |height| height.march.to_string()))
             }
         }
     }

@@ -36,12 +36,12 @@ pub struct Prism {
     pub neighbour_uv: [[Vec2; 2]; 3],
     /// Lowest and highest level that the surface or a wall can have in it, mesh units.
     pub range: [f64; 2],
-    /// Not displaced: all its r are 0. It is traced all the same, so that it meets its neighbours without a crack; the
+    /// Not displaced, by its material or because all its r are 0. It is traced all the same, so that it meets its neighbours without a crack; the
     /// rasteriser, which moves vertices to its own grid, would leave one.
     pub plain: bool,
 }
 
-/// A displaced primitive's triangles as prisms.
+/// A primitive's triangles as prisms; empty where they are drawn as they are.
 #[derive(Clone, Debug, Default)]
 pub struct ShellGeometry {
     /// One per triangle, in the primitive's order.
@@ -54,7 +54,7 @@ pub struct ShellGeometry {
 }
 
 impl ShellGeometry {
-    /// Whether any of its triangles is displaced; else the primitive is a plain surface.
+    /// Whether any of its triangles is displaced; else all of its prisms, if it has any, are plain.
     pub fn is_displaced(&self) -> bool {
         self.prisms.iter().any(|prism| !prism.plain)
     }
@@ -96,7 +96,7 @@ struct Side {
 }
 
 /// Builds the shell geometry of every primitive of a mesh. `factors`: r per welded vertex, from the certificate.
-/// Primitives without displacement come back empty.
+/// Primitives that no displaced triangle touches, directly or over others of the mesh, come back empty.
 pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> {
     let displaced = |primitive: &Primitive, triangle: [u32; 3]| {
         displacement(scene, primitive).is_some()
@@ -104,6 +104,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
     };
     let uvs: Vec<Vec<Vec2>> =
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
+    let traced = connected(mesh, |p| p.triangles.iter().any(|t| displaced(p, *t)));
     let edges = edges(mesh);
     let mut bounds: HashMap<(usize, [Wrap; 2]), HeightBounds> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
@@ -131,9 +132,10 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         .iter()
         .enumerate()
         .map(|(p, primitive)| {
-            let Some(d) = displacement(scene, primitive) else {
+            if !traced[p] {
                 return ShellGeometry::default();
-            };
+            }
+            let border_wall = displacement(scene, primitive).is_some_and(|d| d.border_wall);
             let mut geometry = ShellGeometry { height_uv: uvs[p].clone(), ..ShellGeometry::default() };
             geometry.uv_bounds = [Vec2::INFINITY, Vec2::NEG_INFINITY];
             for uv in &uvs[p] {
@@ -158,7 +160,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                         continue;
                     }
                     let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
-                        if d.border_wall {
+                        if border_wall {
                             prism.walls[k] = Wall::Closed;
                             prism.range[0] = prism.range[0].min(lowest);
                         }
@@ -201,6 +203,32 @@ fn same_field(scene: &Scene, a: &Primitive, b: &Primitive) -> bool {
             (Some(a), Some(b)) => a.map == b.map && a.wrap == b.wrap && a.midlevel == b.midlevel,
             _ => false,
         }
+}
+
+/// Which primitives share a welded vertex with one that `is_displaced`, or with one that does, and so on: a rasterised
+/// triangle beside a traced one would leave a crack.
+fn connected(mesh: &Mesh, is_displaced: impl Fn(&Primitive) -> bool) -> Vec<bool> {
+    // Each points to an earlier one of its group, the first to itself.
+    let mut group: Vec<usize> = (0..mesh.primitives.len()).collect();
+    let first = |group: &[usize], mut p: usize| {
+        while group[p] != p {
+            p = group[p];
+        }
+        p
+    };
+    let mut owners: HashMap<u32, usize> = HashMap::new();
+    for (p, primitive) in mesh.primitives.iter().enumerate() {
+        for vertex in primitive.triangles.iter().flatten() {
+            let owner = *owners.entry(primitive.weld[*vertex as usize]).or_insert(p);
+            let (a, b) = (first(&group, owner), first(&group, p));
+            group[a.max(b)] = a.min(b);
+        }
+    }
+    let mut displaced = vec![false; mesh.primitives.len()];
+    for p in (0..mesh.primitives.len()).filter(|p| is_displaced(&mesh.primitives[*p])) {
+        displaced[first(&group, p)] = true;
+    }
+    (0..mesh.primitives.len()).map(|p| displaced[first(&group, p)]).collect()
 }
 
 /// Welded edge (lower id, higher id) → every triangle there, across the mesh's primitives.
