@@ -120,23 +120,27 @@ fn part(whole: &Primitive, first: usize, step: usize) -> Primitive {
     }
 }
 
-/// Every triangle has two neighbours of another primitive: some are displaced like it, some are plain.
+/// Every triangle has neighbours of another primitive: of one at another scale and midlevel, or plain.
 #[test]
 fn on_the_torus_in_pieces() {
+    const PIECES: usize = 5;
     let mut scene = flat("torus");
-    let mut bare = scene.materials[0].clone();
-    bare.displacement = None;
-    scene.materials.push(bare);
-    let plain = scene.materials.len() - 1;
-    for mesh in &mut scene.meshes {
-        let whole = mesh.primitives.remove(0);
-        for piece in 0..5 {
-            let mut primitive = part(&whole, piece, 5);
-            if piece % 2 == 1 {
-                (primitive.material, primitive.displacement_scale) = (plain, 0.0);
-            }
-            mesh.primitives.push(primitive);
+    let whole = scene.meshes[0].primitives.remove(0);
+    for piece in 0..PIECES {
+        let mut material = scene.materials[whole.material].clone();
+        let mut primitive = part(&whole, piece, PIECES);
+        if piece == 1 {
+            (material.displacement, primitive.displacement_scale) = (None, 0.0);
         }
+        if let Some(displacement) = &mut material.displacement {
+            // The one whose steps go inward stands in its neighbours' way, the others in its.
+            displacement.midlevel = [0.5, 0.5, 0.9, 0.5, 0.2][piece];
+            displacement.scale *= [1.0, 0.0, 0.7, 0.4, 1.2][piece];
+            primitive.displacement_scale = displacement.scale;
+        }
+        primitive.material = scene.materials.len();
+        scene.materials.push(material);
+        scene.meshes[0].primitives.push(primitive);
     }
     without_cracks("torus in pieces", &scene, 5);
 }

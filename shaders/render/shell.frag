@@ -13,6 +13,7 @@ layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
 #include "shell/height.glsl"
 #include "render/pyramid_access.glsl"
+#include "render/other_fields.glsl"
 #include "shell/march.glsl"
 #endif
 #include "render/shell_shade.glsl"
@@ -48,6 +49,8 @@ void main() {
         prism.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
         prism.neighbour_uv[k] = data.neighbour_uv[k];
         prism.wall[k] = bitfieldExtract(data.corners.w, 3 * k, 3);
+        prism.field[k] = bitfieldExtract(data.corners.w, 14 + 3 * k, 3);
+        prism.behind[k] = bitfieldExtract(data.corners.w, 23 + k, 1) != 0u;
     }
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;

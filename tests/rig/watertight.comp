@@ -283,6 +283,8 @@ ShellHit trace(View view, uint index, MarchSettings settings) {
         prism.uv[k] = vec2(corner.position.w, corner.normal.w);
         prism.neighbour_uv[k] = vec4(0.0);
         prism.wall[k] = WALL_SAME;
+        prism.field[k] = 0u;
+        prism.behind[k] = false;
         depth[k] = p.z;
         slope[k] = q.z;
     }

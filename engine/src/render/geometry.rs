@@ -4,9 +4,10 @@ use glam::{DAffine2, DVec3, UVec4, Vec2, Vec4};
 
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
 use super::plan::{PlannedPrimitive, source};
+use super::variant::wrap_mode;
 use crate::scene::{Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
-use crate::shell::prisms::{self, Prism};
+use crate::shell::prisms::{self, MAX_OTHERS, Prism};
 
 /// Height of a surface that no map displaces (DESIGN section 3, `height.H`).
 const DEFAULT_MIDLEVEL: f64 = 0.5;
@@ -63,6 +64,10 @@ impl PrimitiveData {
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
         }
+        for (slot, other) in data.others.iter_mut().zip(&planned.shell.others) {
+            let [u, v] = other.wrap.map(wrap_mode);
+            *slot = Vec4::new(other.scale as f32, other.midlevel as f32, u as f32, v as f32);
+        }
         PrimitiveData {
             center,
             vertices,
@@ -94,6 +99,8 @@ fn gpu_prism(prism: &Prism) -> PrismData {
     for k in 0..3 {
         packed |= (prism.walls[k] as u32) << (3 * k);
         packed |= u32::from(prism.descending[k]) << (9 + k);
+        packed |= prism.field[k] << (14 + 3 * k);
+        packed |= u32::from(prism.behind[k]) << (23 + k);
     }
     packed |= u32::from(prism.plain) << 12;
     let [a, b, c] = prism.corners;
@@ -123,6 +130,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         emissive: material.emissive_factor.extend(material.alpha_cutoff.unwrap_or(0.0)),
         displacement: Vec4::new(0.0, midlevel as f32, 0.0, 0.0),
         uv_bounds: Vec4::ZERO,
+        others: [Vec4::ZERO; MAX_OTHERS],
         march: UVec4::new(
             settings.min_steps,
             settings.max_steps,

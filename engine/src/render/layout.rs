@@ -9,6 +9,8 @@ use std::fmt::Write as _;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec4};
 
+use crate::shell::prisms::MAX_OTHERS;
+
 /// A member type with the same layout on both sides.
 trait Member {
     /// The GLSL type and the array suffix of its declarator.
@@ -26,6 +28,9 @@ impl Member for [Vec4; 2] {
 }
 impl Member for [Vec4; 3] {
     const GLSL: (&'static str, &'static str) = ("vec4", "[3]");
+}
+impl Member for [Vec4; MAX_OTHERS] {
+    const GLSL: (&'static str, &'static str) = ("vec4", "[7]");
 }
 impl Member for u32 {
     const GLSL: (&'static str, &'static str) = ("uint", "");
@@ -133,7 +138,8 @@ shared! {
     }
     /// One prism.
     PrismData {
-        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain.
+        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain; from
+        /// bit 14 on 3 bits a wall for the neighbour's field, then 1 bit a wall if its surface is hit from behind too.
         corners: UVec4,
         /// Lowest and highest level.
         range: Vec4,
@@ -154,6 +160,8 @@ shared! {
         uv_bounds: Vec4,
         /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
+        /// Scale, midlevel and wrap modes of each other field that its walls meet.
+        others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).
         base_color_uv: [Vec4; 2],
         /// See `base_color_uv`.

@@ -5,7 +5,10 @@ use std::ops::Range;
 use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
-use crate::shell::{certificate, prisms, prisms::ShellGeometry};
+use crate::shell::{
+    certificate,
+    prisms::{self, MAX_OTHERS, ShellGeometry},
+};
 
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
 #[derive(Clone, Debug)]
@@ -91,6 +94,13 @@ fn plan_mesh(scene: &Scene, index: usize, shell: bool, plan: &mut Plan) -> usize
             ));
         }
         shells = prisms::build(scene, mesh, &folds.factors);
+        for (p, shell) in shells.iter().enumerate().filter(|(_, shell)| shell.left_open > 0) {
+            plan.notices.push(format!(
+                "mesh '{}' primitive {p}: it meets more than {MAX_OTHERS} other height fields; the first {MAX_OTHERS} are \
+                 joined to it, the steps at {} edge(s) to others stay open",
+                mesh.name, shell.left_open
+            ));
+        }
         factors = folds.factors;
     }
     for (p, shell) in shells.into_iter().enumerate() {
@@ -134,7 +144,8 @@ fn plan_draws(
     };
     if prisms > 0 {
         let shown = displacement.filter(|_| geometry.shell.is_displaced());
-        let height = shown.map(|d| height(&d, settings, true));
+        let others = geometry.shell.others.len() as u8;
+        let height = shown.map(|d| Height { others, ..height(&d, settings, true) });
         let geometry = Geometry::Shell(stage);
         let variant = Variant { geometry, height, mirrored: false, double_sided: false, ..plain };
         push(variant, 0..prisms);
@@ -152,6 +163,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
     let traces = !shell && settings.march.traces();
     Height {
         wrap: displacement.wrap,
+        others: 0,
         march: settings.march,
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
         depth_offset: traces && settings.depth_offset,

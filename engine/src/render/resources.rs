@@ -8,7 +8,7 @@ use super::geometry::PrimitiveData;
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
 use super::pyramid;
-use super::variant::{TEXTURE_NAMES, Variant};
+use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
@@ -48,9 +48,11 @@ impl Images {
                 }
             }
             if let (Some(_), Some(displacement)) = (draw.variant.height, material.displacement) {
-                if let Entry::Vacant(entry) = self.heights.entry(displacement.map) {
-                    let map = &scene.height_maps[displacement.map];
-                    entry.insert(upload_height(ctx, &mut uploader, scene, map)?);
+                let others = plan.primitives[draw.primitive].shell.others.iter().map(|other| other.map);
+                for map in others.chain([displacement.map]) {
+                    if let Entry::Vacant(entry) = self.heights.entry(map) {
+                        entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
+                    }
                 }
                 if self.height_sampler.is_none() {
                     let desc = SamplerDesc {
@@ -102,6 +104,10 @@ impl Images {
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+            for (name, other) in OTHER_NAMES.into_iter().zip(&planned.shell.others) {
+                let (image, sampler) = self.height(other.map);
+                bindings.push((name, Binding::Image(image, sampler)));
+            }
         }
         bindings
     }

@@ -6,7 +6,10 @@ use super::*;
 use crate::gpu::{ContextDesc, run_once};
 use crate::scene::{Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Wrap};
 use crate::settings::{March, Validation};
-use crate::shell::reference::{Reference, Shadows};
+use crate::shell::{
+    prisms,
+    reference::{Reference, Shadows},
+};
 
 /// A square of side 2 under a checkered map, seen from above at an angle.
 fn scene() -> Scene {
@@ -149,6 +152,78 @@ fn half_plain() -> Scene {
         });
     }
     scene
+}
+
+/// What the fragment shader of each pipeline reads.
+fn reads(renderer: &Renderer) -> Vec<(String, Vec<String>)> {
+    let bindings = |pipeline: &Pipeline| {
+        let shader = pipeline.shaders().last().unwrap().clone();
+        shader.reflection.bindings.iter().map(|b| b.name.clone()).collect()
+    };
+    renderer.pipelines().into_iter().map(|(name, pipeline)| (name, bindings(pipeline))).collect()
+}
+
+/// A strip of squares, each but the first a field of its own.
+fn fields(count: usize) -> Scene {
+    let mut scene = scene();
+    let mesh = &mut scene.meshes[0];
+    let square = mesh.primitives.remove(0);
+    mesh.shell_normals = vec![DVec3::Y; 2 * count + 2];
+    for n in 0..count {
+        let mut primitive = Primitive { material: n, displacement_scale: 0.2 + 0.01 * n as f64, ..square.clone() };
+        primitive.positions.iter_mut().for_each(|p| p.x += 2.0 * n as f32);
+        primitive.weld = [2 * n, 2 * n + 2, 2 * n + 3, 2 * n + 1].map(|v| v as u32).to_vec();
+        mesh.primitives.push(primitive);
+        scene.materials.push(scene.materials[0].clone());
+    }
+    scene
+}
+
+#[test]
+fn a_shell_binds_the_maps_of_the_fields_that_it_meets() {
+    let (ctx, renderer) = renderer(&fields(3), &Settings::default());
+    ctx.check_validation().unwrap();
+    let others = |(_, names): &(String, Vec<String>)| names.iter().filter(|n| n.starts_with("other_map")).count();
+    // The ends of the strip meet one, its middle two.
+    let mut counts: Vec<usize> = reads(&renderer).iter().map(others).collect();
+    counts.sort_unstable();
+    assert_eq!(counts, [1, 2]);
+    assert_eq!(renderer.plan().notices, [""; 0]);
+    let (_, alone) = self::renderer(&fields(1), &Settings::default());
+    assert_eq!(reads(&alone).iter().map(others).collect::<Vec<_>>(), [0], "a lone field reads no other");
+}
+
+#[test]
+fn fields_beyond_the_most_are_told() {
+    let most = prisms::MAX_OTHERS;
+    let mut scene = fields(2);
+    let mesh = &mut scene.meshes[0];
+    // Copies of both squares, far apart: the left ones are one primitive, each right one is a field of its own.
+    let [left, right] = [0, 1].map(|p| mesh.primitives[p].clone());
+    mesh.primitives.truncate(1);
+    mesh.shell_normals = vec![DVec3::Y; 6 * (most + 2)];
+    for n in 1..most + 2 {
+        let strip = |primitive: &Primitive| {
+            let mut copy = primitive.clone();
+            copy.positions.iter_mut().for_each(|p| p.z += 4.0 * n as f32);
+            copy.weld.iter_mut().for_each(|w| *w += 6 * n as u32);
+            copy
+        };
+        let (left, mut right) = (strip(&left), strip(&right));
+        let all = &mut mesh.primitives[0];
+        let first = all.positions.len() as u32;
+        all.triangles.extend(left.triangles.iter().map(|t| t.map(|v| v + first)));
+        all.positions.extend(left.positions);
+        all.normals.extend(left.normals);
+        all.weld.extend(left.weld);
+        all.uvs[0].extend(left.uvs[0].iter());
+        right.displacement_scale = 0.2 + 0.01 * n as f64;
+        mesh.primitives.push(right);
+    }
+    let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
+    assert_eq!(plan.primitives[0].shell.others.len(), most);
+    let [notice] = &plan.notices[..] else { panic!("{:?}", plan.notices) };
+    assert!(notice.contains("primitive 0") && notice.contains("at 1 edge") && notice.contains("stay open"), "{notice}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use crate::gpu::ShaderStage;
 use crate::scene::Wrap;
 use crate::settings::{March, Stage};
+use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
 pub const TEXTURE_DEFINES: [&str; 5] =
@@ -12,6 +13,10 @@ pub const TEXTURE_DEFINES: [&str; 5] =
 /// The descriptor names of the same slots.
 pub const TEXTURE_NAMES: [&str; 5] =
     ["base_color_map", "metallic_roughness_map", "normal_map", "occlusion_map", "emissive_map"];
+
+/// The descriptor names of the maps of other fields, in their order.
+pub const OTHER_NAMES: [&str; MAX_OTHERS] =
+    ["other_map_0", "other_map_1", "other_map_2", "other_map_3", "other_map_4", "other_map_5", "other_map_6"];
 
 /// What generates a draw's fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,6 +32,8 @@ pub enum Geometry {
 pub struct Height {
     /// Wrap of u and v.
     pub wrap: [Wrap; 2],
+    /// Height fields of neighbours that the walls of its prisms meet, besides its own.
+    pub others: u8,
     /// The search.
     pub march: March,
     /// Discard outside the primitive's UV bounds.
@@ -109,6 +116,9 @@ impl Variant {
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("COUNT_LIMITS", height.count_limits);
+            if height.others > 0 {
+                defines.push(("OTHER_FIELDS", height.others.to_string()));
+            }
             defines.extend(wrap_defines(height.wrap));
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
@@ -122,10 +132,14 @@ impl Variant {
 
 /// How the height map wraps, as `shaders/shell/height.glsl` wants to know it.
 pub fn wrap_defines(wrap: [Wrap; 2]) -> [(&'static str, String); 2] {
-    let mode = |wrap| match wrap {
-        Wrap::Repeat => "0",
-        Wrap::Mirror => "1",
-        Wrap::Clamp => "2",
-    };
-    [("HEIGHT_WRAP_U", mode(wrap[0]).into()), ("HEIGHT_WRAP_V", mode(wrap[1]).into())]
+    [("HEIGHT_WRAP_U", wrap_mode(wrap[0]).to_string()), ("HEIGHT_WRAP_V", wrap_mode(wrap[1]).to_string())]
+}
+
+/// The number of a wrap mode in `shaders/shell/height_map.glsl`.
+pub fn wrap_mode(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    }
 }
