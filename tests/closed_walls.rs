@@ -58,8 +58,8 @@ fn halves(left_u: [f32; 2], right_u: [f32; 2]) -> [Shape; 2] {
     })
 }
 
-/// Left lower than right: the step at x = 0 looks to the left. Its u and height are those of the prism being entered: the
-/// right one's from the left, the left one's from the right, which only the higher side's material shows.
+/// Left lower than right: the step at x = 0 looks to the left. Its u and height are those of the prism being entered:
+/// the right one's from the left, the left one's from the right, which only the higher side's material shows.
 fn step(lens: &Lens, ray: &Ray, [left, right]: [Sheet; 2], edge_u: [f64; 2]) -> Option<Expected> {
     let half =
         |sheet: Sheet, low: f64, high: f64| sheet.at(lens, ray).filter(|e| (low..=high).contains(&ray.at(e.depth).x));

@@ -167,8 +167,8 @@ fn on_the_sample_with_its_plain_objects() {
     near_the_truth("prism_shell.gltf", None);
 }
 
-/// A dome of cells, dealt to primitives with a map, scale, midlevel and wrap each, and a plain one: at every edge between
-/// two of them the surface takes a step.
+/// A dome of cells, dealt to primitives with a map, scale, midlevel and wrap each, and a plain one: at every edge
+/// between two of them the surface takes a step.
 fn patchwork() -> Gltf {
     const CELLS: u32 = 6;
     let mut gltf = Gltf::new();

@@ -442,8 +442,8 @@ fn a_million_rays_are_hit_once() {
     hit_once(&CONVEX, 1_000_000);
 }
 
-/// Axes run through walls at the very level of the surface, on the far side of the mesh too, where rays leave: what rounds
-/// their way up for its end must not find a way down in it.
+/// Axes run through walls at the very level of the surface, on the far side of the mesh too, where rays leave: what
+/// rounds their way up for its end must not find a way down in it.
 #[test]
 fn a_million_rays_at_a_rugged_surface_are_hit_once() {
     hit_once(&RUGGED, 1_000_000);

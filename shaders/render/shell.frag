@@ -3,8 +3,8 @@
 #ifdef MESH_STAGE
 #extension GL_EXT_mesh_shader : require
 #endif
-// The pixel's ray in one prism: exact interval, march, depth of the hit. Without a height (no HAS_HEIGHT) all prisms are
-// plain triangles.
+// The pixel's ray in one prism: exact interval, march, depth of the hit. Without a height (no HAS_HEIGHT) all prisms
+// are plain triangles.
 #include "render/interface.glsl"
 
 #include "shell/prism.glsl"

@@ -23,8 +23,8 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
     return det > 0.0 ? vec2(g22 * d.x - g12 * d.y, g11 * d.y - g12 * d.x) / det : vec2(0.0);
 }
 
-// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the level
-// gains from corner 0 to corners 1 and 2 by the height's gradient at the hit.
+// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the
+// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit.
 void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;

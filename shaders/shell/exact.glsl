@@ -241,8 +241,8 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         step = 2.0 * (leave - p);
         p = leave;
     }
-    // A ray on its way out that meets the field where it meets the wall may seem to have passed it, by rounding alone; the
-    // next prism finds it below still. One that rose by nothing has not risen, or it would seem to fall back: a hit.
+    // A ray on its way out that meets the field where it meets the wall may seem to have passed it, by rounding alone;
+    // the next prism finds it below still. One that rose by nothing has not risen, or it would seem to fall back: a hit.
     if (rose != NO_RISE) {
         float between = 0.5 * (rose + 1.0);
         ivec2 cell = ivec2(floor(curve_at(curve, between)));

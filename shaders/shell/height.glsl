@@ -1,7 +1,7 @@
 // The height hook over a height map.
 //
-// The including shader defines HEIGHT_MAP (a sampler2D) and HEIGHT_WRAP_U, HEIGHT_WRAP_V (see height_map.glsl), or gives
-// its own `height_at` and `height_gradient`, e.g. of a procedure, and does not include this file.
+// The including shader defines HEIGHT_MAP (a sampler2D) and HEIGHT_WRAP_U, HEIGHT_WRAP_V (see height_map.glsl), or
+// gives its own `height_at` and `height_gradient`, e.g. of a procedure, and does not include this file.
 #ifndef SHELL_HEIGHT_GLSL
 #define SHELL_HEIGHT_GLSL
 

@@ -1,5 +1,5 @@
-// A height map under any wrap modes (0 repeat, 1 mirror, 2 clamp): bilinear in f32, with the texels chosen by the shader,
-// as the sampler's own filter works in 8-bit fractions. No bindings.
+// A height map under any wrap modes (0 repeat, 1 mirror, 2 clamp): bilinear in f32, with the texels chosen by the
+// shader, as the sampler's own filter works in 8-bit fractions. No bindings.
 #ifndef SHELL_HEIGHT_MAP_GLSL
 #define SHELL_HEIGHT_MAP_GLSL
 

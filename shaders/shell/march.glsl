@@ -233,8 +233,8 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
     bool above = entry.t >= surface_level(settings, entry.uv);
     if (entry.wall < 3 && prism.wall[entry.wall] != WALL_SAME) {
         // A step between the neighbour's surface and ours: hit from above theirs to below ours, or, where theirs is hit
-        // from behind too, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a step
-        // down to the lowest level.
+        // from behind too, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a
+        // step down to the lowest level.
         uint kind = prism.wall[entry.wall];
         float outside = kind == WALL_CLOSED ? prism.t0 : 1e30;
         float there = neighbour_level(projected, prism, settings, entry, outside);
