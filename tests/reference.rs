@@ -78,7 +78,11 @@ fn relief_near_the_truth(name: &str) {
 
 #[track_caller]
 fn compare(name: &str, view: Option<View>, march: &str, stray: f64) {
-    let scene = &asset(name);
+    compare_file(name, &asset(name), view, march, stray);
+}
+
+#[track_caller]
+fn compare_file(name: &str, scene: &Path, view: Option<View>, march: &str, stray: f64) {
     let (truth, camera) = reference(scene, view, Shadows::Skip);
     for stage in STAGES {
         let view = view.map(|view| view.flags()).unwrap_or_default();
@@ -161,6 +165,62 @@ fn on_large_triangles() {
 #[test]
 fn on_the_sample_with_its_plain_objects() {
     near_the_truth("prism_shell.gltf", None);
+}
+
+/// A dome of cells, dealt to primitives with a map, scale, midlevel and wrap each, and a plain one: at every edge
+/// between two of them the surface takes a step.
+fn patchwork() -> Gltf {
+    const CELLS: u32 = 6;
+    let mut gltf = Gltf::new();
+    let materials = [
+        gltf.displaced("coarse", &Map::noise(6, 5), [Wrap::Repeat; 2], json!({ "scale": 0.25, "midlevel": 0.3 })),
+        gltf.displaced("fine", &Map::noise(16, 16), [Wrap::Mirror; 2], json!({ "scale": 0.12, "midlevel": 0.0 })),
+        gltf.plain("plain"),
+        gltf.displaced(
+            "sunk",
+            &Map::noise(9, 4),
+            [Wrap::Clamp, Wrap::Repeat],
+            json!({ "scale": 0.3, "midlevel": 1.0 }),
+        ),
+    ];
+    gltf.set("/materials/1/doubleSided", json!(true));
+    let corner = |x: u32, y: u32| {
+        let [x, y] = [x, y].map(|n| 2.0 * f64::from(n) / f64::from(CELLS) - 1.0);
+        let z = 0.4 * (1.0 - x * x - y * y);
+        let normal = DVec3::new(0.8 * x, 0.8 * y, 1.0).normalize().as_vec3();
+        ([x as f32, y as f32, z as f32], normal.to_array(), [(1.7 * x + 3.0) as f32, (1.3 - 1.1 * y) as f32])
+    };
+    let mut shapes = materials.map(|_| Shape::default());
+    for cell in 0..CELLS * CELLS {
+        let (x, y) = (cell % CELLS, cell / CELLS);
+        let shape = &mut shapes[(x + 2 * y) as usize % materials.len()];
+        let first = shape.positions.len() as u32;
+        for (position, normal, uv) in [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)] {
+            shape.positions.push(position);
+            shape.normals.push(normal);
+            shape.uvs.push(uv);
+        }
+        shape.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    let meshes: Vec<usize> = (0..4).map(|i| gltf.mesh("Patchwork", &shapes[i], materials[i])).collect();
+    let primitives: Vec<_> = meshes.iter().map(|mesh| gltf.json["meshes"][mesh]["primitives"][0].clone()).collect();
+    gltf.set(&format!("/meshes/{}/primitives", meshes[0]), json!(primitives));
+    gltf.node(json!({ "mesh": meshes[0] }));
+    gltf.camera(&Lens::at([1.0, -1.9, 1.5], [0.0, 0.0, 0.1]));
+    gltf
+}
+
+#[test]
+fn on_a_patchwork_of_height_fields() {
+    let folder = folder();
+    let scene = patchwork().write(folder.path());
+    let above = View { eye: [-0.7, 0.5, 2.6], target: [0.0, 0.0, 0.0] };
+    // The one material that is hit from behind too, through what is open between.
+    let below = View { eye: [0.4, 0.9, -2.2], target: [0.0, 0.0, 0.2] };
+    for view in [None, Some(above), Some(below)] {
+        compare_file("patchwork", &scene, view, EXACT, STRAY_EXACT);
+    }
+    compare_file("patchwork", &scene, None, FINE, STRAY_RELIEF);
 }
 
 /// Numbers without order, the same each time.

@@ -3,27 +3,24 @@
 //!
 //! Under a constant height the surface is a convex polyhedron, and every ray comes near its middle: it has exactly one
 //! front hit over all prisms. None is a miss, two are a double. A rugged height is so gentle, for rays so steep, that the
-//! same holds; but a point on a wall that both its prisms report counts as one. What is checked besides: the SPIR-V that
-//! the driver gets, for the decoration that forbids contraction.
+//! same holds; but a point on a wall that both its prisms report counts as one.
 
 mod rig;
 
 use std::{
     collections::{HashMap, HashSet},
-    path::{Path, PathBuf},
-    sync::Arc,
+    path::Path,
 };
 
 use glam::{DVec3, Vec3};
 use prism_engine::{
     gpu::{
-        Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline, Shader,
+        Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline,
         ShaderCompiler, ShaderStage, Uploader, run_once, vk,
     },
     render,
-    settings::{Shell, Stage},
 };
-use rig::Rig;
+use rig::random::Random;
 
 /// What the rays are aimed at and how they are made; the order of the shader's classes.
 const TARGETS: [&str; 3] = ["wall", "mid-edge", "vertex"];
@@ -45,19 +42,6 @@ const SCALE: f64 = 0.5;
 const THICK: [f64; 2] = [-0.2, 0.2];
 /// Powers of two, so that a mesh of few bits keeps them.
 const SIZES: [f64; 3] = [1.0 / 1024.0, 1.0, 1024.0];
-
-/// Numbers in [0, 1) in an order that looks random, the same each time (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
 
 /// A closed mesh of radius about 1 around the origin, by its surface at [`LEVEL`].
 struct Mesh {
@@ -261,11 +245,6 @@ impl Tally {
     }
 }
 
-/// Shaders to be tested in place of the project's own, to look into a bug.
-fn shader_folder() -> Option<PathBuf> {
-    std::env::var_os("PRISM_SHADERS").map(PathBuf::from)
-}
-
 /// Traces rays on a device.
 struct Tracer {
     compiler: ShaderCompiler,
@@ -287,7 +266,7 @@ struct Run<'a> {
 impl Tracer {
     fn new() -> Tracer {
         let ctx = Context::new(&ContextDesc { app: "prism tests", ..ContextDesc::default() }).expect("a device");
-        let mut compiler = render::shader_compiler(shader_folder().as_deref()).expect("a compiler");
+        let mut compiler = render::shader_compiler(rig::shader_folder().as_deref()).expect("a compiler");
         compiler.provide("tests/watertight.comp", include_str!("rig/watertight.comp").to_owned());
         Tracer { compiler, ctx }
     }
@@ -296,7 +275,7 @@ impl Tracer {
     fn contracted() -> Tracer {
         const CROSS: &str = "a.x * b.y - a.y * b.x";
         let mut tracer = Tracer::new();
-        let folder = shader_folder().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders"));
+        let folder = rig::shader_folder().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders"));
         let text = std::fs::read_to_string(folder.join("shell/prism.glsl")).expect("the shader");
         assert_eq!(text.matches(CROSS).count(), 1, "prism.glsl writes cross2 otherwise now");
         // 1 + 2^-23, the next number after 1.
@@ -446,35 +425,34 @@ impl Buffers {
     }
 }
 
-/// Insists that every ray is hit, and that at most `doubles` are hit twice.
+/// Insists that every ray is hit, and none twice.
 #[track_caller]
-fn hit_once(marches: &[March], rays: u32, doubles: u64) {
+fn hit_once(marches: &[March], rays: u32) {
     let tally = Tracer::new().all(marches, rays, true);
     println!("{}\n{} hits on walls were reported by both prisms", tally.table(), tally.twice);
     assert_eq!(tally.traced(), u64::from(rays), "every ray is traced");
     assert!(tally.rays.iter().all(|n| n * 2 > u64::from(rays) / CLASSES as u64), "every class has its share");
     let shown = tally.bad.iter().take(20).cloned().collect::<Vec<_>>().join("\n");
-    let [missed, doubled] = tally.wrong();
-    assert!(missed == 0 && doubled <= doubles, "misses or doubles\n{}\n{shown}", tally.table());
+    assert_eq!(tally.wrong(), [0, 0], "misses and doubles\n{}\n{shown}", tally.table());
     assert_eq!([tally.astray, tally.limits, tally.overflow], [0; 3], "astray, limits reached, no room");
 }
 
 #[test]
 fn a_million_rays_are_hit_once() {
-    hit_once(&CONVEX, 1_000_000, 0);
+    hit_once(&CONVEX, 1_000_000);
 }
 
-/// No ray is lost. Where the border of a texel meets a wall, a ray on its way out may still find the surface by rounding: at
-/// most 1 in 100,000, and behind the true hit.
+/// Axes run through walls at the very level of the surface, on the far side of the mesh too, where rays leave: what
+/// rounds their way up for its end must not find a way down in it.
 #[test]
-fn rays_at_a_rugged_surface_are_hit_once() {
-    hit_once(&RUGGED, 300_000, 3);
+fn a_million_rays_at_a_rugged_surface_are_hit_once() {
+    hit_once(&RUGGED, 1_000_000);
 }
 
 #[test]
 #[ignore = "takes minutes: tests/run figures"]
 fn ten_million_rays_are_hit_once() {
-    hit_once(&CONVEX, 10_000_000, 0);
+    hit_once(&CONVEX, 10_000_000);
 }
 
 /// The test can tell. Were cross products contracted, a wall would look different from its two prisms, and rays would slip
@@ -494,99 +472,4 @@ fn the_canonical_order_is_what_keeps_contracted_walls_shut() {
     });
     assert!(own.iter().all(|n| *n > 0), "misses and doubles at walls in each prism's own order: {own:?}");
     assert_eq!(canonical, [0, 0], "misses and doubles at walls in canonical order");
-}
-
-/// Results that must not be contracted, by opcode, and what they are made of; of a SPIR-V module.
-struct Uncontracted {
-    decorated: HashSet<u32>,
-    /// Result → opcode and operands.
-    results: HashMap<u32, (u32, Vec<u32>)>,
-}
-
-impl Uncontracted {
-    const F_ADD: u32 = 129;
-    const F_SUB: u32 = 131;
-    const F_MUL: u32 = 133;
-
-    fn new(spirv: &[u32]) -> Uncontracted {
-        const HEADER: usize = 5;
-        const OP_DECORATE: u32 = 71;
-        const NO_CONTRACTION: u32 = 42;
-        let mut module = Uncontracted { decorated: HashSet::new(), results: HashMap::new() };
-        let mut rest = &spirv[HEADER..];
-        while let Some(first) = rest.first() {
-            let (instruction, after) = rest.split_at((first >> 16) as usize);
-            match (first & 0xffff, instruction) {
-                (OP_DECORATE, [_, target, NO_CONTRACTION]) => {
-                    module.decorated.insert(*target);
-                }
-                (op @ (Self::F_ADD | Self::F_SUB | Self::F_MUL), [_, _, result, operands @ ..]) => {
-                    module.results.insert(*result, (op, operands.to_vec()));
-                }
-                _ => {}
-            }
-            rest = after;
-        }
-        module
-    }
-
-    /// Whether a result is this operation, decorated, and so are both of its operands.
-    fn is(&self, result: u32, op: u32, operands: impl Fn(u32) -> bool) -> bool {
-        let made = self.results.get(&result);
-        self.decorated.contains(&result) && made.is_some_and(|(o, of)| *o == op && of.iter().all(|x| operands(*x)))
-    }
-
-    /// a.x b.y - a.y b.x
-    fn is_cross(&self, result: u32) -> bool {
-        self.is(result, Self::F_SUB, |x| self.is(x, Self::F_MUL, |_| true))
-    }
-
-    /// Cross products, and sums of two of them: `wall_quadratic` has four and one.
-    fn cross_products_and_sums(&self) -> [usize; 2] {
-        let crosses = self.decorated.iter().filter(|r| self.is_cross(**r)).count();
-        let sums = self.decorated.iter().filter(|r| self.is(**r, Self::F_ADD, |x| self.is_cross(x))).count();
-        [crosses, sums]
-    }
-}
-
-/// "precise" has reached the code that the driver gets: what decides on a wall is not contracted, in any stage.
-#[test]
-fn no_stage_contracts_what_decides_on_walls() {
-    let rig = Rig::new();
-    let scene = rig::asset("torus.gltf");
-    let mut seen = HashSet::new();
-    for stage in rig::STAGES {
-        let easel = rig.easel(&scene, &rig::exact(Shell::Prism, stage), [8, 8]);
-        easel.assert_stage(stage);
-        for shader in easel.shell_shaders() {
-            let module = Uncontracted::new(&shader.spirv);
-            println!("{}: {} results", shader.label(), module.decorated.len());
-            let places = match shader.stage {
-                // Outlines are placed by the same products as the pixels' rays.
-                ShaderStage::Mesh | ShaderStage::Geometry => !module.decorated.is_empty(),
-                ShaderStage::Fragment => {
-                    let [crosses, sums] = module.cross_products_and_sums();
-                    println!("    {crosses} cross products, {sums} sums of two");
-                    crosses >= 4 && sums >= 1
-                }
-                _ => true,
-            };
-            assert!(places, "{} lacks NoContraction", shader.label());
-            if shader.stage == ShaderStage::Fragment {
-                assert_eq!(Uncontracted::new(&without_precise(&shader).spirv).decorated.len(), 0, "it is by 'precise'");
-            }
-            seen.insert((stage == Stage::Mesh, shader.stage));
-        }
-    }
-    for stage in [(true, ShaderStage::Mesh), (true, ShaderStage::Fragment), (false, ShaderStage::Geometry)] {
-        assert!(seen.contains(&stage), "{stage:?} was not looked at");
-    }
-}
-
-/// The same variant, "precise" left out.
-fn without_precise(shader: &Shader) -> Arc<Shader> {
-    let compiler = render::shader_compiler(shader_folder().as_deref()).expect("a compiler");
-    let mut defines: Vec<_> = shader.defines.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    defines.push(("precise", String::new()));
-    compiler.compile(&shader.path, shader.stage, &defines).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -17,7 +17,7 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
             start[axis] = clamp(first[axis] + 1, 0, size[axis]);
             extent[axis] = clamp(last[axis] + 1, 0, size[axis]) - start[axis];
         } else {
-            start[axis] = wrap_texel(first[axis], period[axis], 0);
+            start[axis] = wrapped(first[axis], period[axis]);
         }
     }
     int top = pyramid_top(size);

@@ -3,17 +3,21 @@
 #ifdef MESH_STAGE
 #extension GL_EXT_mesh_shader : require
 #endif
-// The pixel's ray in one prism: exact interval, march, depth of the hit.
+// The pixel's ray in one prism: exact interval, march, depth of the hit. Without a height (no HAS_HEIGHT) all prisms
+// are plain triangles.
 #include "render/interface.glsl"
 
+#include "shell/prism.glsl"
+#ifdef HAS_HEIGHT
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
 #define HEIGHT_SIZE material.height_size.xy
 #include "shell/height.glsl"
 #include "render/pyramid_access.glsl"
-#include "shell/prism.glsl"
+#include "render/other_fields.glsl"
 #include "shell/march.glsl"
 #include "render/march_settings.glsl"
+#endif
 #include "render/shell_shade.glsl"
 
 #ifdef MESH_STAGE
@@ -30,7 +34,6 @@ void main() {
     vec2 ndc = gl_FragCoord.xy * frame.viewport.zw * 2.0 - 1.0;
 
     ProjectedPrism projected;
-    Prism prism;
     vec3 depth, slope;
     for (int k = 0; k < 3; ++k) {
         vec3 p = transform_point(object.clip_x, object.clip_y, object.clip_w, v[k].position.xyz);
@@ -38,11 +41,18 @@ void main() {
         projected.p[k] = across_ray(p, ndc);
         projected.q[k] = across_ray(q, ndc);
         projected.descending[k] = bitfieldExtract(data.corners.w, 9 + k, 1) != 0u;
+        depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
+        slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
+    }
+    bool two_sided = (material.march.w & 1u) != 0u;
+#ifdef HAS_HEIGHT
+    Prism prism;
+    for (int k = 0; k < 3; ++k) {
         prism.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
         prism.neighbour_uv[k] = data.neighbour_uv[k];
         prism.wall[k] = bitfieldExtract(data.corners.w, 3 * k, 3);
-        depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
-        slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
+        prism.field[k] = bitfieldExtract(data.corners.w, 14 + 3 * k, 3);
+        prism.behind[k] = bitfieldExtract(data.corners.w, 23 + k, 1) != 0u;
     }
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;
@@ -55,9 +65,16 @@ void main() {
         atomicAdd(counters.limits, uint(hit.limits));
     }
 #endif
+#else
+    ShellHit hit = plain_trace(projected, two_sided, depth, frame.lens.z, object.handedness.x);
+#endif
     if (!hit.hit || hit.depth > frame.lens.w) {
         discard;
     }
 
+#ifdef HAS_HEIGHT
     shade_hit(object, v, ndc, prism, settings, hit);
+#else
+    shade_surface(object, v, ndc, hit, vec2(0.0), material.displacement.y);
+#endif
 }

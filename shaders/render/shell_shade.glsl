@@ -6,7 +6,11 @@
 #include "render/material.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
+#ifdef HAS_HEIGHT
 #include "shell/march.glsl"
+#else
+#include "shell/plain.glsl"
+#endif
 
 // The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
 layout(depth_less) out float gl_FragDepth;
@@ -19,8 +23,9 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
     return det > 0.0 ? vec2(g22 * d.x - g12 * d.y, g11 * d.y - g12 * d.x) / det : vec2(0.0);
 }
 
-// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`.
-void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
+// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the
+// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit.
+void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -29,14 +34,10 @@ void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings 
     vec3 along = hit.lambda.x * v[0].shell.xyz + hit.lambda.y * v[1].shell.xyz + hit.lambda.z * v[2].shell.xyz;
     vec3 position = s0 + hit.lambda.y * e1 + hit.lambda.z * e2;
     vec3 eye = object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
-    vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
-    vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
-    vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
-    float f1 = dot(gradient, uv1), f2 = dot(gradient, uv2);
-    vec3 geometric = level_normal + f1 * cross(along, e2) + f2 * cross(e1, along);
+    vec3 geometric = level_normal + slope.x * cross(along, e2) + slope.y * cross(e1, along);
     vec3 authored = hit.lambda.x * v[0].normal.xyz + hit.lambda.y * v[1].normal.xyz + hit.lambda.z * v[2].normal.xyz;
     authored = normalize(authored);
-    vec3 normal = length(level_normal) * authored + f1 * cross(authored, e2) + f2 * cross(e1, authored);
+    vec3 normal = length(level_normal) * authored + slope.x * cross(authored, e2) + slope.y * cross(e1, authored);
     if (hit.wall >= 0) {
         // A wall stands on its edge along the shell normals.
         vec3 edge = hit.wall == 0 ? e2 - e1 : hit.wall == 1 ? e2 : e1;
@@ -90,7 +91,17 @@ void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings 
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
     gl_FragDepth = buffer_depth(hit.depth);
-    write_outputs(surface, 1.0, at[AOV_UV].uv, hit.depth, hit.t / settings.scale + settings.midlevel);
+    write_outputs(surface, 1.0, at[AOV_UV].uv, hit.depth, height);
 }
+
+#ifdef HAS_HEIGHT
+void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
+    vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
+    vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
+    vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
+    vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
+    shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel);
+}
+#endif
 
 #endif

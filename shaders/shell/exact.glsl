@@ -15,6 +15,11 @@ vec2 height_bounds(ivec2 first, ivec2 last);
 // Least step along p: 4 ulp of 1.
 const float LEAST_STEP = 2.5e-7;
 
+// What a ray must rise over the field to have passed it, as a part of the height's scale: the rounding of a path of a
+// hundred cells.
+const float LEAST_RISE = 1e-5;
+const float NO_RISE = -1.0;
+
 struct Curve {
     vec3 x, y, w; // numerators (cells, relative to `origin`) and denominator: Bernstein control points
     vec2 t;       // level at p = 0 and at p = 1
@@ -197,7 +202,7 @@ float first_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, fl
 // `limit` bounds the steps; 0 on return says that it was reached.
 float exact_hit(Curve curve, inout Field field, inout int limit) {
     Powers powers = powers_of(curve);
-    float p = 0.0, step = 1.0, inch = LEAST_STEP;
+    float p = 0.0, step = 1.0, inch = LEAST_STEP, rose = NO_RISE;
     while (p < 1.0 && limit > 0) {
         // Boxes, until one is small enough for its cells: lanes that march together stay together so.
         bool cells = false;
@@ -263,10 +268,21 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             }
             // Past the root by a little, where the new side's clearance is no longer lost in rounding.
             field.side = -field.side;
+            rose = root;
             from = min(root + max(4.0 * LEAST_STEP, 1e-3 * (leave - root)), leave);
         }
         step = 2.0 * (leave - p);
         p = leave;
+    }
+    // A ray on its way out that meets the field where it meets the wall may seem to have passed it, by rounding alone;
+    // the next prism finds it below still. One that rose by nothing has not risen, or it would seem to fall back: a hit.
+    if (rose != NO_RISE) {
+        float between = 0.5 * (rose + 1.0);
+        ivec2 cell = ivec2(floor(curve_at(powers, between)));
+        float least = LEAST_RISE * max(abs(field.scale), max(abs(curve.t.x), abs(curve.t.y)));
+        if (clearance(curve, powers, field, cell, height_cell(curve.origin + cell), between) < least) {
+            field.side = -field.side;
+        }
     }
     return 2.0;
 }

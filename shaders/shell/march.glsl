@@ -6,9 +6,11 @@
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 
+#include "shell/plain.glsl"
+
 // How the neighbour across a wall continues the surface.
 const uint WALL_SAME = 0u;   // the same height there: no step
-const uint WALL_SEAM = 1u;   // displaced, with other texture coordinates: its height is read through `neighbour_uv`
+const uint WALL_SEAM = 1u;   // displaced, with other coordinates or another field: read through `neighbour_uv`
 const uint WALL_PLAIN = 2u;  // a plain surface at t = 0
 const uint WALL_OPEN = 3u;   // border of the sheet, open
 const uint WALL_CLOSED = 4u; // border closed by a wall down to the lowest level
@@ -18,6 +20,8 @@ struct Prism {
     vec2 uv[3];             // height map coordinates of the corners
     vec4 neighbour_uv[3];   // of wall k's canonical corners (first, second), on the other side of the wall
     uint wall[3];           // WALL_*
+    uint field[3];          // of the neighbour across wall k: 0 this prism's own, else 1 + its number among the others
+    bool behind[3];         // the neighbour's surface is hit from behind too
     float t0, t1;           // range of levels
     bool plain;             // not displaced: the triangle itself, traced so that it meets its neighbours without a crack
 };
@@ -30,15 +34,6 @@ struct MarchSettings {
     vec2 map_size;            // texels
     bool two_sided;           // hits from behind count
     int step_limit;           // exact: steps in one prism before it gives up, as a multiple of the cells on the way
-};
-
-struct ShellHit {
-    bool hit;
-    float depth;      // view depth
-    float t;          // level
-    vec3 lambda;      // barycentric weights
-    int wall;         // the wall hit (a step or a closed border), or -1 for the height field itself
-    int limits;       // loops that gave up
 };
 
 // The path's numerators over their shared denominator, coordinates relative to corner 0.
@@ -58,6 +53,21 @@ vec2 path_uv(UvPath path, float t) {
 
 float surface_level(MarchSettings settings, vec2 uv) {
     return (height_at(uv, 0.0) - settings.midlevel) * settings.scale;
+}
+
+#ifdef OTHER_FIELDS
+// The includer's: the level of another field's surface.
+float other_level(uint other, vec2 uv);
+#endif
+
+// The level of the surface beyond a seam; `field` as in Prism.
+float seam_level(MarchSettings settings, uint field, vec2 uv) {
+#ifdef OTHER_FIELDS
+    if (field > 0u) {
+        return other_level(field - 1u, uv);
+    }
+#endif
+    return surface_level(settings, uv);
 }
 
 // The prism's own coordinates at a point of wall k; canonical order, so that the neighbour without a seam gets the same.
@@ -114,7 +124,8 @@ float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings setti
     uint kind = prism.wall[end.wall];
     if (kind == WALL_SEAM) {
         vec4 uv = prism.neighbour_uv[end.wall];
-        return surface_level(settings, mix(uv.xy, uv.zw, wall_weight(projected, end.wall, end.t)));
+        vec2 at = mix(uv.xy, uv.zw, wall_weight(projected, end.wall, end.t));
+        return seam_level(settings, prism.field[end.wall], at);
     }
     return kind == WALL_PLAIN ? 0.0 : otherwise;
 }
@@ -221,13 +232,13 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
     wall = -1;
     bool above = entry.t >= surface_level(settings, entry.uv);
     if (entry.wall < 3 && prism.wall[entry.wall] != WALL_SAME) {
-        // A step between the neighbour's surface and ours: hit from above theirs to below ours, or, where hits from
-        // behind count, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a step
-        // down to the lowest level.
+        // A step between the neighbour's surface and ours: hit from above theirs to below ours, or, where theirs is hit
+        // from behind too, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a
+        // step down to the lowest level.
         uint kind = prism.wall[entry.wall];
         float outside = kind == WALL_CLOSED ? prism.t0 : 1e30;
         float there = neighbour_level(projected, prism, settings, entry, outside);
-        bool from_behind = settings.two_sided && (kind == WALL_SEAM || kind == WALL_PLAIN);
+        bool from_behind = prism.behind[entry.wall] && (kind == WALL_SEAM || kind == WALL_PLAIN);
         if (above ? from_behind && entry.t < there : entry.t >= there) {
             wall = entry.wall;
             return 0.0;
@@ -251,40 +262,18 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
     return along;
 }
 
-const ShellHit NOTHING = ShellHit(false, 1e30, 0.0, vec3(0.0), -1, 0);
-
-// The hit on a plain triangle: level 0 of a prism without height, by the same walls as its neighbours'.
-ShellHit plain_trace(ProjectedPrism projected, vec3 canonical[3], vec3 s[3], MarchSettings settings, vec3 depth,
-                     float near, float handedness) {
-    vec3 sides, weights;
-    for (int k = 0; k < 3; ++k) {
-        float side = canonical[k].x != 0.0 ? canonical[k].x : side_on_wall(projected, k);
-        sides[k] = projected.descending[k] ? -side : side;
-        weights[k] = s[k].x;
-    }
-    bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
-    bool climbs = front == (handedness > 0.0);
-    if ((!front && !back) || (climbs && !settings.two_sided)) {
-        return NOTHING;
-    }
-    float sum = weights.x + weights.y + weights.z;
-    vec3 lambda = weights / sum;
-    float hit_depth = dot(lambda, depth);
-    return sum == 0.0 || hit_depth < near ? NOTHING : ShellHit(true, hit_depth, 0.0, lambda, -1, 0);
-}
-
 // The first hit of the pixel's ray in a prism, beyond the near plane.
 // handedness: sign of det of the linear x, y, w rows (x, y, view depth when orthographic) of mesh to clip: t climbs
 // away from the eye where handedness * (s_0 + s_1 + s_2) > 0.
 ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settings, vec3 depth, vec3 slope, float near,
                      float handedness) {
+    if (prism.plain) {
+        return plain_trace(projected, settings.two_sided, depth, near, handedness);
+    }
     vec3 canonical[3], s[3];
     for (int k = 0; k < 3; ++k) {
         canonical[k] = wall_quadratic(projected, k);
         s[k] = canonical[k] * wall_sign(projected, k);
-    }
-    if (prism.plain) {
-        return plain_trace(projected, canonical, s, settings, depth, near, handedness);
     }
     vec3 sides;
     Crossings crossings = prism_crossings(projected, canonical, prism.t0, prism.t1, sides);

@@ -5,9 +5,16 @@
 // the first texel is a constant one), else 0. One node more than the map needs holds what lies beyond its end, so a box
 // of up to 2^L cells that starts anywhere in the map lies in 2 x 2 nodes. Plain image mips cannot do this.
 //
-// The includer defines HEIGHT_WRAP_U and HEIGHT_WRAP_V (see height.glsl).
+// The includer defines HEIGHT_WRAP_U and HEIGHT_WRAP_V (0 repeat, 1 mirror, 2 clamp).
 #ifndef SHELL_PYRAMID_GLSL
 #define SHELL_PYRAMID_GLSL
+
+// i modulo n, not negative.
+int wrapped(int i, int n) {
+    int at = i - n * int(floor(float(i) / float(n)));
+    // float division may be one off for large i; one correction is enough
+    return at < 0 ? at + n : at >= n ? at - n : at;
+}
 
 const int PYRAMID_LEVELS = 16;
 

@@ -283,7 +283,8 @@ bool walk_outside(Standing at, MarchSettings settings, uint packed, float t, boo
         vec4 uv = walk_neighbour_uv(at.prism, at.entry);
         float w = walk_wall_weight(at.pa, at.qa, at.pb, at.qb, t);
         bool descending = bitfieldExtract(packed, 9 + at.entry, 1) != 0u;
-        return t >= surface_level(settings, descending ? mix(uv.zw, uv.xy, w) : mix(uv.xy, uv.zw, w));
+        vec2 across = descending ? mix(uv.zw, uv.xy, w) : mix(uv.xy, uv.zw, w);
+        return t >= seam_level(settings, bitfieldExtract(packed, 14 + 3 * at.entry, 3), across);
     }
     // A closed border ends at the lowest level; beyond an open one there is nothing to take a step from.
     return kind == WALL_PLAIN ? t >= 0.0 : kind == WALL_CLOSED || above;
@@ -334,7 +335,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
                 if (fresh && came == EXIT_AB) {
                     was = walk_outside(at, settings, data.w, t, above);
                 }
-                if (kind != WALL_SAME && was != above && (was || settings.two_sided)) {
+                if (kind != WALL_SAME && was != above && (was || bitfieldExtract(data.w, 23 + at.entry, 1) != 0u)) {
                     return WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, 0);
                 }
             }

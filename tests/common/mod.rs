@@ -6,6 +6,7 @@
 #![allow(dead_code, unused_imports)]
 
 pub mod expect;
+pub mod forms;
 pub mod frame;
 pub mod gltf;
 pub mod lens;

@@ -3,9 +3,13 @@
 // Every test file is a program of its own and uses its own part of this.
 #![allow(dead_code)]
 
+pub mod random;
 pub mod worst;
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use prism_engine::{
     aov::Aov,
@@ -29,6 +33,11 @@ pub fn exact(shell: Shell, stage: Stage) -> Settings {
     Settings { shell, stage, count_limits: true, ..Settings::default() }
 }
 
+/// Shaders to be tested in place of the project's own, by the variable `PRISM_SHADERS`, to look into a bug.
+pub fn shader_folder() -> Option<PathBuf> {
+    std::env::var_os("PRISM_SHADERS").map(PathBuf::from)
+}
+
 /// A device that has both stages.
 pub struct Rig {
     compiler: ShaderCompiler,
@@ -36,16 +45,12 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// The first device that serves. `PRISM_SHADERS` names a folder to read the shaders from, to look into a bug.
+    /// The first device that serves.
     pub fn new() -> Rig {
         let required = [Feature::MeshShader, Feature::GeometryShader, Feature::FragmentStoresAndAtomics];
         let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
         let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
-        Rig {
-            compiler: render::shader_compiler(std::env::var_os("PRISM_SHADERS").as_deref().map(Path::new))
-                .expect("a compiler"),
-            ctx,
-        }
+        Rig { compiler: render::shader_compiler(shader_folder().as_deref()).expect("a compiler"), ctx }
     }
 
     /// Name and driver of the device.

@@ -50,14 +50,14 @@ float texel(ivec2 at) {
     n = (n ^ n >> 15) * 2654435769u;
     return 0.7 + 0.1 * float(n >> 8) / 16777216.0;
 }
-vec4 height_cell(ivec2 cell, int lod) {
+vec4 height_cell(ivec2 cell) {
     return vec4(texel(cell), texel(cell + ivec2(1, 0)), texel(cell + ivec2(0, 1)), texel(cell + ivec2(1, 1)));
 }
 vec2 height_bounds(ivec2 first, ivec2 last) {
     return vec2(0.7, 0.8);
 }
 #else
-vec4 height_cell(ivec2 cell, int lod) {
+vec4 height_cell(ivec2 cell) {
     return vec4(0.75);
 }
 vec2 height_bounds(ivec2 first, ivec2 last) {
@@ -67,7 +67,7 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
 
 float height_at(vec2 uv, float lod) {
     vec2 at = uv * map_size - 0.5, low = floor(at), f = at - low;
-    vec4 h = height_cell(ivec2(low), 0);
+    vec4 h = height_cell(ivec2(low));
     return mix(mix(h.x, h.y, f.x), mix(h.z, h.w, f.x), f.y);
 }
 
@@ -283,6 +283,8 @@ ShellHit trace(View view, uint index, MarchSettings settings) {
         prism.uv[k] = vec2(corner.position.w, corner.normal.w);
         prism.neighbour_uv[k] = vec4(0.0);
         prism.wall[k] = WALL_SAME;
+        prism.field[k] = 0u;
+        prism.behind[k] = false;
         depth[k] = p.z;
         slope[k] = q.z;
     }

@@ -1,20 +1,24 @@
 //! A primitive as the shaders read it: vertices, prisms, indices, material.
 
-use glam::{DAffine2, DVec2, DVec3, UVec4, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DVec2, DVec3, UVec4, Vec2, Vec4};
 
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
-use crate::scene::{Material, Primitive, Scene, TextureRef};
+use crate::scene::{Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
-use crate::shell::{prisms, walk::WalkGeometry};
+use crate::shell::{
+    prisms::{self, MAX_OTHERS},
+    walk::WalkGeometry,
+};
 
 /// Height of a surface that no map displaces (DESIGN section 3, `height.H`).
 const DEFAULT_MIDLEVEL: f64 = 0.5;
 
 /// What one primitive uploads.
 pub struct PrimitiveData {
-    /// Mesh-space point that the positions are relative to.
+    /// Mesh-space point that the positions are relative to; of all primitives of a mesh the same, so that where they meet
+    /// they do so to the bit.
     pub center: DVec3,
     /// Per vertex.
     pub vertices: Vec<Vertex>,
@@ -66,7 +70,7 @@ impl PrimitiveData {
         let primitive = source(scene, planned);
         let material = &scene.materials[primitive.material];
         let displacement = prisms::displacement(scene, primitive);
-        let center = center(&primitive.positions);
+        let center = center(&scene.meshes[planned.mesh]);
         let height_uv = match &displacement {
             Some(d) if planned.shell.height_uv.is_empty() => prisms::height_uvs(primitive, d),
             _ => planned.shell.height_uv.clone(),
@@ -85,7 +89,7 @@ impl PrimitiveData {
                 }
             })
             .collect();
-        let traced = planned.shell.is_displaced();
+        let traced = !planned.shell.prisms.is_empty();
         // The geometry stage makes lids of them.
         let indices = if traced && planned.walk.is_none() { Vec::new() } else { primitive.triangles.clone() };
         let mut data = gpu_material(material, settings);
@@ -98,11 +102,15 @@ impl PrimitiveData {
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
         }
+        for (slot, other) in data.others.iter_mut().zip(&planned.shell.others) {
+            let map = &scene.height_maps[other.map];
+            *slot = Vec4::new(other.scale as f32, other.midlevel as f32, map.width as f32, map.height as f32);
+        }
         PrimitiveData {
             center,
             vertices,
             indices,
-            prisms: (0..planned.shell.prisms.len()).filter(|_| traced).map(|p| gpu_prism(planned, p)).collect(),
+            prisms: (0..planned.shell.prisms.len()).map(|p| gpu_prism(planned, p)).collect(),
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
             extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
             material: data,
@@ -110,14 +118,14 @@ impl PrimitiveData {
     }
 }
 
-/// Middle of the bounding box.
-fn center(positions: &[Vec3]) -> DVec3 {
+/// Middle of a mesh's bounding box.
+fn center(mesh: &Mesh) -> DVec3 {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in positions {
+    for p in mesh.primitives.iter().flat_map(|p| &p.positions) {
         low = low.min(p.as_dvec3());
         high = high.max(p.as_dvec3());
     }
-    if positions.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) }
+    if low.is_finite() { 0.5 * (low + high) } else { DVec3::ZERO }
 }
 
 /// Bounds of the coordinates that some triangle uses.
@@ -141,6 +149,8 @@ fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
     for k in 0..3 {
         packed |= (prism.walls[k] as u32) << (3 * k);
         packed |= u32::from(prism.descending[k]) << (9 + k);
+        packed |= prism.field[k] << (14 + 3 * k);
+        packed |= u32::from(prism.behind[k]) << (23 + k);
     }
     packed |= u32::from(prism.plain) << 12;
     let mut reach = [0.0; 2];
@@ -176,6 +186,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         displacement: Vec4::new(0.0, midlevel as f32, 0.0, 0.0),
         uv_bounds: Vec4::ZERO,
         height_size: Vec4::ZERO,
+        others: [Vec4::ZERO; MAX_OTHERS],
         march: UVec4::new(
             settings.min_steps,
             settings.max_steps,

@@ -9,6 +9,8 @@ use std::fmt::Write as _;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec4};
 
+use crate::shell::prisms::MAX_OTHERS;
+
 /// A member type with the same layout on both sides.
 trait Member {
     /// The GLSL type and the array suffix of its declarator.
@@ -26,6 +28,9 @@ impl Member for [Vec4; 2] {
 }
 impl Member for [Vec4; 3] {
     const GLSL: (&'static str, &'static str) = ("vec4", "[3]");
+}
+impl Member for [Vec4; MAX_OTHERS] {
+    const GLSL: (&'static str, &'static str) = ("vec4", "[7]");
 }
 impl Member for u32 {
     const GLSL: (&'static str, &'static str) = ("uint", "");
@@ -91,7 +96,7 @@ shared! {
         /// Cone: clamp(cos · x + y) is its edge's fade; a point light has (0, 1).
         spot: Vec4,
     }
-    /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the primitive's centre.
+    /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the mesh's centre.
     Object {
         /// Row of mesh to clip x.
         clip_x: Vec4,
@@ -120,7 +125,7 @@ shared! {
     }
     /// One vertex.
     Vertex {
-        /// Position, rebased to the primitive's centre; w unused.
+        /// Position, rebased to the mesh's centre; w unused.
         position: Vec4,
         /// Shell normal times its fold factor r; w: u of the height map.
         shell: Vec4,
@@ -133,8 +138,9 @@ shared! {
     }
     /// One prism.
     PrismData {
-        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain,
-        /// then 1 if irregular (walk).
+        /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain, then 1
+        /// if irregular (walk); from bit 14 on 3 bits a wall for the neighbour's field, then 1 bit a wall if its surface
+        /// is hit from behind too.
         corners: UVec4,
         /// Lowest and highest level of its surface and steps; for the walk, least base and greatest lid of its corners.
         range: Vec4,
@@ -157,6 +163,8 @@ shared! {
         height_size: Vec4,
         /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
+        /// Scale, midlevel and texels of each other field that its walls meet.
+        others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).
         base_color_uv: [Vec4; 2],
         /// See `base_color_uv`.

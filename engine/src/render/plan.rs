@@ -7,7 +7,11 @@ use glam::Vec3;
 use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
-use crate::shell::{certificate, prisms, prisms::ShellGeometry, walk::WalkGeometry};
+use crate::shell::{
+    certificate,
+    prisms::{self, MAX_OTHERS, ShellGeometry},
+    walk::WalkGeometry,
+};
 
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
 #[derive(Clone, Debug)]
@@ -29,7 +33,7 @@ pub struct PlannedPrimitive {
     pub mesh: usize,
     /// Index in the mesh.
     pub primitive: usize,
-    /// Prisms, and the triangles that stay plain; empty without displacement or without a shell.
+    /// Prisms, plain triangles among them; empty where nothing displaced is connected to it, or without a shell.
     pub shell: ShellGeometry,
     /// Adjacency and bounds, where the shell is walked.
     pub walk: Option<WalkGeometry>,
@@ -95,6 +99,13 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             ));
         }
         shells = prisms::build(scene, mesh, &folds.factors);
+        for (p, shell) in shells.iter().enumerate().filter(|(_, shell)| shell.left_open > 0) {
+            plan.notices.push(format!(
+                "mesh '{}' primitive {p}: it meets more than {MAX_OTHERS} other height fields; the first {MAX_OTHERS} are \
+                 joined to it, the steps at {} edge(s) to others stay open",
+                mesh.name, shell.left_open
+            ));
+        }
         factors = folds.factors;
     }
     for (p, geometry) in shells.into_iter().enumerate() {
@@ -123,7 +134,6 @@ fn plan_draws(
     let primitive = &scene.meshes[instance.mesh].primitives[geometry.primitive];
     let material = &scene.materials[primitive.material];
     let displacement = prisms::displacement(scene, primitive);
-    let shell = displacement.filter(|_| geometry.shell.is_displaced());
     let plain = Variant {
         geometry: Geometry::Surface,
         textures: textures(material),
@@ -141,8 +151,10 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
         }
     };
-    if let Some(displacement) = shell {
-        let height = Some(height(&displacement, settings, true));
+    if prisms > 0 {
+        let shown = displacement.filter(|_| geometry.shell.is_displaced());
+        let others = geometry.shell.others.len() as u8;
+        let height = shown.map(|d| Height { others, ..height(&d, settings, true) });
         let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
         if geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
@@ -165,6 +177,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
     let traces = !shell && settings.march.traces();
     Height {
         wrap: displacement.wrap,
+        others: 0,
         march: settings.march,
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
         depth_offset: traces && settings.depth_offset,

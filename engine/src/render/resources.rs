@@ -8,13 +8,13 @@ use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
 use super::pyramid;
-use super::variant::{TEXTURE_NAMES, Variant};
+use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
-use crate::scene::{Displacement, HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
+use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
@@ -48,19 +48,14 @@ impl Images {
                 }
             }
             if let (Some(_), Some(displacement)) = (draw.variant.height, material.displacement) {
-                if let Entry::Vacant(entry) = self.heights.entry(displacement.map) {
-                    let map = &scene.height_maps[displacement.map];
-                    entry.insert(upload_height(ctx, &mut uploader, scene, map)?);
-                }
-                if let Entry::Vacant(entry) = self.height_samplers.entry(displacement.wrap) {
-                    let desc = SamplerDesc {
-                        mag: vk::Filter::NEAREST,
-                        min: vk::Filter::NEAREST,
-                        mip: vk::SamplerMipmapMode::NEAREST,
-                        wrap: address_modes(displacement.wrap),
-                        ..SamplerDesc::default()
-                    };
-                    entry.insert(Sampler::new(ctx, &desc)?);
+                let others = plan.primitives[draw.primitive].shell.others.iter().map(|other| (other.map, other.wrap));
+                for (map, wrap) in others.chain([(displacement.map, displacement.wrap)]) {
+                    if let Entry::Vacant(entry) = self.heights.entry(map) {
+                        entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
+                    }
+                    if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
+                        entry.insert(height_sampler(ctx, wrap)?);
+                    }
                 }
             }
         }
@@ -73,7 +68,7 @@ impl Images {
             }
             let key = (displacement.map, height.wrap);
             if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(&displacement);
+                let (image, sampler) = self.height(displacement.map, displacement.wrap);
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
             }
@@ -82,8 +77,8 @@ impl Images {
     }
 
     /// A height map and its sampler, uploaded before.
-    fn height(&self, displacement: &Displacement) -> (&Image, &Sampler) {
-        (&self.heights[&displacement.map], &self.height_samplers[&displacement.wrap])
+    fn height(&self, map: usize, wrap: [Wrap; 2]) -> (&Image, &Sampler) {
+        (&self.heights[&map], &self.height_samplers[&wrap])
     }
 
     /// The image bindings of one draw.
@@ -98,10 +93,14 @@ impl Images {
             })
             .collect();
         if let (Some(height), Some(displacement)) = (variant.height, material.displacement) {
-            let (image, sampler) = self.height(&displacement);
+            let (image, sampler) = self.height(displacement.map, displacement.wrap);
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+            for (name, other) in OTHER_NAMES.into_iter().zip(&planned.shell.others) {
+                let (image, sampler) = self.height(other.map, other.wrap);
+                bindings.push((name, Binding::Image(image, sampler)));
+            }
         }
         bindings
     }
@@ -160,6 +159,19 @@ fn address_modes(wrap: [Wrap; 2]) -> [vk::SamplerAddressMode; 2] {
         Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     })
+}
+
+fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
+    Sampler::new(
+        ctx,
+        &SamplerDesc {
+            mag: vk::Filter::NEAREST,
+            min: vk::Filter::NEAREST,
+            mip: vk::SamplerMipmapMode::NEAREST,
+            wrap: address_modes(wrap),
+            ..SamplerDesc::default()
+        },
+    )
 }
 
 fn sampler(ctx: &Context, sampler: SceneSampler) -> Result<Sampler> {

@@ -1,12 +1,15 @@
 //! The renderer on a small scene of its own.
 
-use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::*;
 use crate::gpu::{ContextDesc, run_once};
 use crate::scene::{Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Wrap};
 use crate::settings::{March, Validation};
-use crate::shell::reference::{Reference, Shadows};
+use crate::shell::{
+    prisms,
+    reference::{Reference, Shadows},
+};
 
 /// A square of side 2 under a checkered map, seen from above at an angle.
 fn scene() -> Scene {
@@ -23,17 +26,6 @@ fn scene() -> Scene {
     };
     let material = Material {
         name: "checkers".into(),
-        base_color_factor: Vec4::ONE,
-        base_color: None,
-        metallic: 0.0,
-        roughness: 1.0,
-        metallic_roughness: None,
-        normal: None,
-        occlusion: None,
-        emissive_factor: Vec3::ZERO,
-        emissive: None,
-        alpha_cutoff: None,
-        double_sided: false,
         displacement: Some(Displacement {
             map: 0,
             wrap: [Wrap::Repeat; 2],
@@ -44,6 +36,7 @@ fn scene() -> Scene {
             midlevel: 0.5,
             border_wall: false,
         }),
+        ..Material::default()
     };
     let texels = (0..64).map(|i| if (i + i / 8) % 2 == 0 { 0 } else { u16::MAX }).collect();
     Scene {
@@ -64,10 +57,10 @@ fn scene() -> Scene {
     }
 }
 
-/// Draws it once; the surface and the loops that reached their limit.
-fn draw(settings: &Settings) -> (Aov, Option<u32>) {
-    let scene = scene();
-    let features = features(&scene, settings, false);
+const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+
+fn renderer(scene: &Scene, settings: &Settings) -> (Context, Renderer) {
+    let features = features(scene, settings, false);
     let ctx = Context::new(&ContextDesc {
         validation: Validation::Sync,
         required: &features.required,
@@ -76,15 +69,21 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
     })
     .unwrap();
     let compiler = shader_compiler(None).unwrap();
-    let color_format = vk::Format::R8G8B8A8_SRGB;
-    let output = Output { color_format, aov: true };
-    let mut renderer = Renderer::new(&ctx, &compiler, &scene, settings, output).unwrap();
+    let output = Output { color_format: COLOR_FORMAT, aov: true };
+    let renderer = Renderer::new(&ctx, &compiler, scene, settings, output).unwrap();
+    (ctx, renderer)
+}
+
+/// Draws it once; the surface and the loops that reached their limit.
+fn draw(settings: &Settings) -> (Aov, Option<u32>) {
+    let scene = scene();
+    let (ctx, mut renderer) = renderer(&scene, settings);
     let target = Image::new(
         &ctx,
         &ImageDesc {
             name: "picture",
             extent: [96, 64],
-            format: color_format,
+            format: COLOR_FORMAT,
             usage: vk::ImageUsageFlags::COLOR_ATTACHMENT,
             ..ImageDesc::default()
         },
@@ -130,5 +129,148 @@ fn a_pixel_has_the_reference_s_depth() {
         let differs = |(a, b): &(&f32, &f32)| a.is_finite() != b.is_finite() || (*a - *b).abs() > tolerance * *b;
         let wrong = drawn.depth.iter().zip(&reference.depth).filter(differs).count();
         assert!(wrong <= most, "{}: {wrong} of {covered}", settings.march);
+    }
+}
+
+/// The square in two: the second triangle is plain, of a primitive and a material of its own.
+fn half_plain() -> Scene {
+    let mut scene = scene();
+    scene.materials.push(Material::default());
+    let primitives = &mut scene.meshes[0].primitives;
+    let whole = primitives.remove(0);
+    for (material, first, displacement_scale) in [(0, 0, whole.displacement_scale), (1, 1, 0.0)] {
+        let corners = whole.triangles[first].map(|v| v as usize);
+        primitives.push(Primitive {
+            material,
+            displacement_scale,
+            positions: corners.map(|v| whole.positions[v]).to_vec(),
+            normals: corners.map(|v| whole.normals[v]).to_vec(),
+            uvs: [corners.map(|v| whole.uvs[0][v]).to_vec(), Vec::new()],
+            weld: corners.map(|v| whole.weld[v]).to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..whole.clone()
+        });
+    }
+    scene
+}
+
+/// What the fragment shader of each pipeline reads.
+fn reads(renderer: &Renderer) -> Vec<(String, Vec<String>)> {
+    let bindings = |pipeline: &Pipeline| {
+        let shader = pipeline.shaders().last().unwrap().clone();
+        shader.reflection.bindings.iter().map(|b| b.name.clone()).collect()
+    };
+    renderer.pipelines().into_iter().map(|(name, pipeline)| (name, bindings(pipeline))).collect()
+}
+
+/// A strip of squares, each but the first a field of its own.
+fn fields(count: usize) -> Scene {
+    let mut scene = scene();
+    let mesh = &mut scene.meshes[0];
+    let square = mesh.primitives.remove(0);
+    mesh.shell_normals = vec![DVec3::Y; 2 * count + 2];
+    for n in 0..count {
+        let mut primitive = Primitive { material: n, displacement_scale: 0.2 + 0.01 * n as f64, ..square.clone() };
+        primitive.positions.iter_mut().for_each(|p| p.x += 2.0 * n as f32);
+        primitive.weld = [2 * n, 2 * n + 2, 2 * n + 3, 2 * n + 1].map(|v| v as u32).to_vec();
+        mesh.primitives.push(primitive);
+        scene.materials.push(scene.materials[0].clone());
+    }
+    scene
+}
+
+#[test]
+fn a_shell_binds_the_maps_of_the_fields_that_it_meets() {
+    let (ctx, renderer) = renderer(&fields(3), &Settings::default());
+    ctx.check_validation().unwrap();
+    let others = |(_, names): &(String, Vec<String>)| names.iter().filter(|n| n.starts_with("other_map")).count();
+    // The ends of the strip meet one, its middle two.
+    let mut counts: Vec<usize> = reads(&renderer).iter().map(others).collect();
+    counts.sort_unstable();
+    assert_eq!(counts, [1, 2]);
+    assert_eq!(renderer.plan().notices, [""; 0]);
+    let (_, alone) = self::renderer(&fields(1), &Settings::default());
+    assert_eq!(reads(&alone).iter().map(others).collect::<Vec<_>>(), [0], "a lone field reads no other");
+}
+
+#[test]
+fn fields_beyond_the_most_are_told() {
+    let most = prisms::MAX_OTHERS;
+    let mut scene = fields(2);
+    let mesh = &mut scene.meshes[0];
+    // Copies of both squares, far apart: the left ones are one primitive, each right one is a field of its own.
+    let [left, right] = [0, 1].map(|p| mesh.primitives[p].clone());
+    mesh.primitives.truncate(1);
+    mesh.shell_normals = vec![DVec3::Y; 6 * (most + 2)];
+    for n in 1..most + 2 {
+        let strip = |primitive: &Primitive| {
+            let mut copy = primitive.clone();
+            copy.positions.iter_mut().for_each(|p| p.z += 4.0 * n as f32);
+            copy.weld.iter_mut().for_each(|w| *w += 6 * n as u32);
+            copy
+        };
+        let (left, mut right) = (strip(&left), strip(&right));
+        let all = &mut mesh.primitives[0];
+        let first = all.positions.len() as u32;
+        all.triangles.extend(left.triangles.iter().map(|t| t.map(|v| v + first)));
+        all.positions.extend(left.positions);
+        all.normals.extend(left.normals);
+        all.weld.extend(left.weld);
+        all.uvs[0].extend(left.uvs[0].iter());
+        right.displacement_scale = 0.2 + 0.01 * n as f64;
+        mesh.primitives.push(right);
+    }
+    let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
+    assert_eq!(plan.primitives[0].shell.others.len(), most);
+    let [notice] = &plan.notices[..] else { panic!("{:?}", plan.notices) };
+    assert!(notice.contains("primitive 0") && notice.contains("at 1 edge") && notice.contains("stay open"), "{notice}");
+}
+
+#[test]
+fn a_plain_neighbour_is_traced_without_a_height_map() {
+    let (ctx, renderer) = renderer(&half_plain(), &Settings::default());
+    ctx.check_validation().unwrap();
+    let names: Vec<String> = renderer.pipelines().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["shell exact", "shell plain"]);
+    let [displaced, plain] = [0, 1].map(|i| renderer.pipelines()[i].1.shaders().last().unwrap().clone());
+    let reads = |shader: &crate::gpu::Shader, name| shader.reflection.bindings.iter().any(|b| b.name == name);
+    for name in ["height_map", "pyramid"] {
+        assert!(reads(&displaced, name) && !reads(&plain, name), "{name}");
+    }
+    let [displaced, plain] = [displaced.spirv.len(), plain.spirv.len()];
+    assert!(plain * 2 < displaced, "{plain} words of {displaced}: the march is still there");
+}
+
+#[test]
+fn a_plain_primitive_that_touches_no_shell_is_rasterised() {
+    let mut scene = half_plain();
+    for vertex in &mut scene.meshes[0].primitives[1].weld {
+        *vertex += 4;
+    }
+    scene.meshes[0].shell_normals = vec![DVec3::Y; 8];
+    let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
+    let drawn: Vec<Geometry> = plan.draws.iter().map(|d| d.variant.geometry).collect();
+    assert_eq!(drawn, [Geometry::Shell(Stage::Mesh), Geometry::Surface]);
+}
+
+#[test]
+fn primitives_of_a_mesh_meet_to_the_bit() {
+    let mut scene = half_plain();
+    // Off every power of two, so that one centre more would round otherwise.
+    for primitive in &mut scene.meshes[0].primitives {
+        primitive.positions.iter_mut().for_each(|p| *p = *p * 0.1 + Vec3::new(0.3, 7.1, -0.7));
+    }
+    let settings = Settings::default();
+    let plan = plan::plan(&scene, &settings, Stage::Mesh, true);
+    let data: Vec<_> =
+        plan.primitives.iter().map(|planned| geometry::PrimitiveData::new(&scene, planned, &settings)).collect();
+    assert_eq!(data[0].center, data[1].center);
+    let vertex = |primitive: usize, weld: u32| {
+        let at = scene.meshes[0].primitives[primitive].weld.iter().position(|w| *w == weld).unwrap();
+        let vertex = data[primitive].vertices[at];
+        [vertex.position, vertex.shell].map(|v| v.truncate().to_array().map(f32::to_bits))
+    };
+    for weld in [0, 2] {
+        assert_eq!(vertex(0, weld), vertex(1, weld));
     }
 }

@@ -4,6 +4,7 @@
 use crate::gpu::ShaderStage;
 use crate::scene::Wrap;
 use crate::settings::{March, Stage};
+use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
 pub const TEXTURE_DEFINES: [&str; 5] =
@@ -12,6 +13,10 @@ pub const TEXTURE_DEFINES: [&str; 5] =
 /// The descriptor names of the same slots.
 pub const TEXTURE_NAMES: [&str; 5] =
     ["base_color_map", "metallic_roughness_map", "normal_map", "occlusion_map", "emissive_map"];
+
+/// The descriptor names of the maps of other fields, in their order.
+pub const OTHER_NAMES: [&str; MAX_OTHERS] =
+    ["other_map_0", "other_map_1", "other_map_2", "other_map_3", "other_map_4", "other_map_5", "other_map_6"];
 
 /// What generates a draw's fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -41,6 +46,8 @@ impl Geometry {
 pub struct Height {
     /// Wrap of u and v.
     pub wrap: [Wrap; 2],
+    /// Height fields of neighbours that the walls of its prisms meet, besides its own.
+    pub others: u8,
     /// The search.
     pub march: March,
     /// Discard outside the primitive's UV bounds.
@@ -107,13 +114,12 @@ impl Variant {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
             (geometry, height) => {
-                let march = height.map_or(March::None, |height| height.march);
                 let part = match geometry {
-                    Geometry::Lids(_) => " walk lids",
-                    Geometry::Borders(_) => " walk borders",
+                    Geometry::Lids(_) => "walk lids ",
+                    Geometry::Borders(_) => "walk borders ",
                     _ => "",
                 };
-                format!("shell{part} {march}")
+                format!("shell {part}{}", height.map_or_else(|| "plain".into(), |height| height.march.to_string()))
             }
         }
     }
@@ -141,6 +147,9 @@ impl Variant {
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("COUNT_LIMITS", height.count_limits);
+            if height.others > 0 {
+                defines.push(("OTHER_FIELDS", height.others.to_string()));
+            }
             defines.extend(wrap_defines(height.wrap));
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
@@ -152,7 +161,7 @@ impl Variant {
     }
 }
 
-/// How the height map wraps, as `shaders/shell/height.glsl` wants to know it.
+/// How the height map wraps, as the shaders' `HEIGHT_WRAP_U` and `HEIGHT_WRAP_V` say it.
 pub fn wrap_defines(wrap: [Wrap; 2]) -> [(&'static str, String); 2] {
     let mode = |wrap| match wrap {
         Wrap::Repeat => "0",

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use gltf::json::{mesh::Mode, validation::Checked};
 
 use super::{
-    Instance, Mesh, Scene,
+    Instance, Material, Mesh, Scene,
     accessor::Buffers,
     camera,
     document::Document,
@@ -50,7 +50,7 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
         materials.push(material::import(&doc, index, used, &mut images, &mut notices)?);
     }
     if use_of.default_material {
-        materials.push(material::default_material());
+        materials.push(Material::default());
     }
 
     let mut importer = Importer { doc: &doc, buffers: &buffers, materials: &materials, notices: &mut notices };

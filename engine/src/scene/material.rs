@@ -14,21 +14,23 @@ use super::{
 use crate::error::Result;
 
 /// The material of primitives that name none: glTF's defaults.
-pub(super) fn default_material() -> Material {
-    Material {
-        name: "default material".to_owned(),
-        base_color_factor: Vec4::ONE,
-        base_color: None,
-        metallic: 1.0,
-        roughness: 1.0,
-        metallic_roughness: None,
-        normal: None,
-        occlusion: None,
-        emissive_factor: Vec3::ZERO,
-        emissive: None,
-        alpha_cutoff: None,
-        double_sided: false,
-        displacement: None,
+impl Default for Material {
+    fn default() -> Self {
+        Material {
+            name: "default material".to_owned(),
+            base_color_factor: Vec4::ONE,
+            base_color: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness: None,
+            normal: None,
+            occlusion: None,
+            emissive_factor: Vec3::ZERO,
+            emissive: None,
+            alpha_cutoff: None,
+            double_sided: false,
+            displacement: None,
+        }
     }
 }
 
@@ -45,7 +47,7 @@ pub(super) fn import(
     let by = doc.material_label(index);
     let name = source.name.clone().unwrap_or_else(|| format!("material {index}"));
     if !used {
-        return Ok(Material { name, ..default_material() });
+        return Ok(Material { name, ..Material::default() });
     }
     let pbr = &source.pbr_metallic_roughness;
     let mut user = User { doc, by: &by, images };

@@ -13,7 +13,7 @@ use crate::scene::{Displacement, Mesh, Primitive, Scene, Wrap};
 pub enum Wall {
     /// At the same height: no step.
     Same = 0,
-    /// Displaced, with other texture coordinates.
+    /// Displaced, with other texture coordinates or by another height field.
     Seam = 1,
     /// A plain surface at t = 0.
     Plain = 2,
@@ -34,14 +34,34 @@ pub struct Prism {
     pub descending: [bool; 3],
     /// The neighbour's height map coordinates at wall k's canonical first and second corner.
     pub neighbour_uv: [[Vec2; 2]; 3],
+    /// The neighbour's height field at wall k: 0 for the prism's own, else 1 + index into [`ShellGeometry::others`].
+    pub field: [u32; 3],
+    /// Whether the neighbour's surface at wall k is hit from behind too.
+    pub behind: [bool; 3],
     /// Lowest and highest level that the surface or a wall can have in it, mesh units.
     pub range: [f64; 2],
-    /// Not displaced: all its r are 0. It is traced all the same, so that it meets its neighbours without a crack; the
-    /// rasteriser, which moves vertices to its own grid, would leave one.
+    /// Not displaced, by its material or because all its r are 0. It is traced all the same, so that it meets its
+    /// neighbours without a crack; the rasteriser, which moves vertices to its own grid, would leave one.
     pub plain: bool,
 }
 
-/// A displaced primitive's triangles as prisms.
+/// Most height fields of its neighbours, besides its own, that a primitive reads: one sampler each.
+pub const MAX_OTHERS: usize = 7;
+
+/// What gives a primitive's levels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// Index into [`Scene::height_maps`].
+    pub map: usize,
+    /// Wrap of u and v.
+    pub wrap: [Wrap; 2],
+    /// Mesh units.
+    pub scale: f64,
+    /// The height that stays on the base surface.
+    pub midlevel: f64,
+}
+
+/// A primitive's triangles as prisms; empty where they are drawn as they are.
 #[derive(Clone, Debug, Default)]
 pub struct ShellGeometry {
     /// One per triangle, in the primitive's order.
@@ -51,18 +71,39 @@ pub struct ShellGeometry {
     pub height_uv: Vec<Vec2>,
     /// Least and greatest `height_uv`.
     pub uv_bounds: [Vec2; 2],
+    /// Fields of neighbours that differ from the primitive's own, in the order in which its walls meet them.
+    pub others: Vec<Field>,
+    /// Walls whose neighbour has a field beyond [`MAX_OTHERS`]: steps there stay open.
+    pub left_open: usize,
 }
 
 impl ShellGeometry {
-    /// Whether any of its triangles is displaced; else the primitive is a plain surface.
+    /// Whether any of its triangles is displaced; else all of its prisms, if it has any, are plain.
     pub fn is_displaced(&self) -> bool {
         self.prisms.iter().any(|prism| !prism.plain)
+    }
+
+    /// A neighbour's field as [`Prism::field`] numbers it; none where there is no room for it.
+    fn number(&mut self, field: Field) -> Option<u32> {
+        let index = self.others.iter().position(|other| *other == field).or_else(|| {
+            (self.others.len() < MAX_OTHERS).then(|| {
+                self.others.push(field);
+                self.others.len() - 1
+            })
+        })?;
+        Some(index as u32 + 1)
     }
 }
 
 /// Whether a primitive's material displaces it at all.
 pub fn displacement(scene: &Scene, primitive: &Primitive) -> Option<Displacement> {
     scene.materials[primitive.material].displacement.filter(|_| primitive.displacement_scale > 0.0)
+}
+
+/// A displaced primitive's field.
+fn field(scene: &Scene, primitive: &Primitive) -> Option<Field> {
+    let d = displacement(scene, primitive)?;
+    Some(Field { map: d.map, wrap: d.wrap, scale: primitive.displacement_scale, midlevel: d.midlevel })
 }
 
 /// Height map coordinates of every vertex; see [`ShellGeometry::height_uv`].
@@ -96,7 +137,7 @@ struct Side {
 }
 
 /// Builds the shell geometry of every primitive of a mesh. `factors`: r per welded vertex, from the certificate.
-/// Primitives without displacement come back empty.
+/// Primitives that no displaced triangle touches, directly or over others of the mesh, come back empty.
 pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> {
     let displaced = |primitive: &Primitive, triangle: [u32; 3]| {
         displacement(scene, primitive).is_some()
@@ -104,6 +145,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
     };
     let uvs: Vec<Vec<Vec2>> =
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
+    let traced = connected(mesh, |p| p.triangles.iter().any(|t| displaced(p, *t)));
     let edges = edges(mesh);
     let mut bounds: HashMap<(usize, [Wrap; 2]), HeightBounds> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
@@ -131,9 +173,10 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         .iter()
         .enumerate()
         .map(|(p, primitive)| {
-            let Some(d) = displacement(scene, primitive) else {
+            if !traced[p] {
                 return ShellGeometry::default();
-            };
+            }
+            let border_wall = displacement(scene, primitive).is_some_and(|d| d.border_wall);
             let mut geometry = ShellGeometry { height_uv: uvs[p].clone(), ..ShellGeometry::default() };
             geometry.uv_bounds = [Vec2::INFINITY, Vec2::NEG_INFINITY];
             for uv in &uvs[p] {
@@ -147,9 +190,12 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     walls: [Wall::Open; 3],
                     descending: [false; 3],
                     neighbour_uv: [[Vec2::ZERO; 2]; 3],
+                    field: [0; 3],
+                    behind: [false; 3],
                     range: if plain { [0.0, 0.0] } else { ranges[p][t] },
                     plain,
                 };
+                let mut scale = primitive.displacement_scale;
                 for k in 0..3 {
                     let (i, j) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
                     let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
@@ -158,13 +204,14 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                         continue;
                     }
                     let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
-                        if d.border_wall {
+                        if border_wall {
                             prism.walls[k] = Wall::Closed;
                             prism.range[0] = prism.range[0].min(lowest);
                         }
                         continue;
                     };
                     let there = &mesh.primitives[other.primitive];
+                    prism.behind[k] = scene.materials[there.material].double_sided;
                     if !displaced(there, there.triangles[other.triangle]) {
                         prism.walls[k] = Wall::Plain;
                         prism.range = [prism.range[0].min(0.0), prism.range[1].max(0.0)];
@@ -173,14 +220,24 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     let across = other.ends.map(|v| uvs[other.primitive][v as usize]);
                     let here = if wi > wj { [j, i] } else { [i, j] }.map(|v| uvs[p][v as usize]);
                     prism.neighbour_uv[k] = across;
-                    let seam = across != here && same_field(scene, primitive, there);
-                    prism.walls[k] = if seam { Wall::Seam } else { Wall::Same };
-                    if seam {
+                    let (own, theirs) = (field(scene, primitive), field(scene, there));
+                    let number = if theirs == own { Some(0) } else { theirs.and_then(|f| geometry.number(f)) };
+                    prism.walls[k] = match number {
+                        Some(0) if across == here => Wall::Same,
+                        Some(_) => Wall::Seam,
+                        None => {
+                            geometry.left_open += 1;
+                            Wall::Same
+                        }
+                    };
+                    if prism.walls[k] == Wall::Seam {
+                        prism.field[k] = number.unwrap_or(0);
                         let range = ranges[other.primitive][other.triangle];
                         prism.range = [prism.range[0].min(range[0]), prism.range[1].max(range[1])];
+                        scale = scale.max(there.displacement_scale);
                     }
                 }
-                prism.range = padded(prism.range, primitive.displacement_scale);
+                prism.range = padded(prism.range, scale);
                 geometry.prisms.push(prism);
             }
             geometry
@@ -194,13 +251,30 @@ fn padded([low, high]: [f64; 2], scale: f64) -> [f64; 2] {
     [low - room, high + room]
 }
 
-/// Whether two primitives read the same height field, so that a shader with the one can evaluate the other's.
-fn same_field(scene: &Scene, a: &Primitive, b: &Primitive) -> bool {
-    a.displacement_scale == b.displacement_scale
-        && match (displacement(scene, a), displacement(scene, b)) {
-            (Some(a), Some(b)) => a.map == b.map && a.wrap == b.wrap && a.midlevel == b.midlevel,
-            _ => false,
+/// Which primitives share a welded vertex with one that `is_displaced`, or with one that does, and so on: a rasterised
+/// triangle beside a traced one would leave a crack.
+fn connected(mesh: &Mesh, is_displaced: impl Fn(&Primitive) -> bool) -> Vec<bool> {
+    // Each points to an earlier one of its group, the first to itself.
+    let mut group: Vec<usize> = (0..mesh.primitives.len()).collect();
+    let first = |group: &[usize], mut p: usize| {
+        while group[p] != p {
+            p = group[p];
         }
+        p
+    };
+    let mut owners: HashMap<u32, usize> = HashMap::new();
+    for (p, primitive) in mesh.primitives.iter().enumerate() {
+        for vertex in primitive.triangles.iter().flatten() {
+            let owner = *owners.entry(primitive.weld[*vertex as usize]).or_insert(p);
+            let (a, b) = (first(&group, owner), first(&group, p));
+            group[a.max(b)] = a.min(b);
+        }
+    }
+    let mut displaced = vec![false; mesh.primitives.len()];
+    for p in (0..mesh.primitives.len()).filter(|p| is_displaced(&mesh.primitives[*p])) {
+        displaced[first(&group, p)] = true;
+    }
+    (0..mesh.primitives.len()).map(|p| displaced[first(&group, p)]).collect()
 }
 
 /// Welded edge (lower id, higher id) → every triangle there, across the mesh's primitives.

@@ -58,7 +58,7 @@ pub struct Hit {
     /// World, unit, the geometric normal of the displaced surface (or of the wall), turned toward the ray's origin.
     pub normal: DVec3,
     /// The set that the displacement reads, else set 0: as stored, before `KHR_texture_transform`, not wrapped. At a
-    /// wall that of the prism being entered.
+    /// wall that of the prism being entered, or, where that is plain, left.
     pub uv: DVec2,
     /// t / scale + midlevel; the midlevel on a plain surface (0.5 where the material has no displacement).
     pub height: f64,

@@ -66,7 +66,12 @@ fn crossing(ray: &Ray, facets: &[Facet], wall: &Wall, fields: &[HeightField], ac
     if !accept.takes(distance, rises, facets[higher.facet].double_sided) {
         return None;
     }
-    let entered = wall.outer.neighbour().filter(|_| leaves).unwrap_or(wall.inner);
+    // A plain surface has no prism to enter: coordinates and height on its steps are its neighbour's.
+    let displaced = |side: &Side| facets[side.facet].relief.is_some();
+    let entered = match wall.outer.neighbour() {
+        Some(side) if displaced(&side) && (leaves || !displaced(&wall.inner)) => side,
+        _ => wall.inner,
+    };
     let facet = &facets[entered.facet];
     let on_wall = (inner - outer).abs() > STEP * (wall.t_range[1] - wall.t_range[0]);
     let normal = if !on_wall {

@@ -8,7 +8,7 @@ mod watertight;
 
 use std::{f64::consts::TAU, path::PathBuf};
 
-use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::{Reference, Shadows};
 use crate::scene::{
@@ -31,21 +31,7 @@ pub(super) fn mesh(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, tri
 }
 
 pub(super) fn material(displacement: Option<Displacement>) -> Material {
-    Material {
-        name: "material".into(),
-        base_color_factor: Vec4::ONE,
-        base_color: None,
-        metallic: 0.0,
-        roughness: 1.0,
-        metallic_roughness: None,
-        normal: None,
-        occlusion: None,
-        emissive_factor: Vec3::ZERO,
-        emissive: None,
-        alpha_cutoff: None,
-        double_sided: false,
-        displacement,
-    }
+    Material { displacement, ..Material::default() }
 }
 
 pub(super) fn displacement(scale: f64, midlevel: f64) -> Displacement {

@@ -47,6 +47,9 @@ fn a_plain_neighbour_counts_as_height_zero() {
         let reference = Reference::new(&scene);
         let hit = reference.trace(DVec3::new(low, 0.1, 0.35), DVec3::new(-low, 0.0, 0.0), 0.0).expect("the wall");
         assert!(hit.on_wall && hit.position.x.abs() < 1e-12 && hit.normal.x * low > 0.0);
+        // Whichever side the ray comes from, only the displaced one has coordinates at that level.
+        let displaced = usize::from(scene.materials[1].displacement.is_some());
+        assert!(hit.primitive == displaced && (hit.height - 0.7).abs() < 1e-12, "{hit:?}");
     }
 }
 
