@@ -68,6 +68,18 @@ pub enum SelfShadow {
     Hard,
 }
 
+/// What is drawn in place of a displaced primitive's shell, for comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// A pre-tessellated mesh.
+    MicroMesh {
+        /// Triangles along an edge of a base triangle.
+        density: u32,
+        /// Leave out the clusters that the camera cannot see.
+        cull: bool,
+    },
+}
+
 /// How closely the validation layer looks. Any message of it fails the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Validation {
@@ -110,6 +122,8 @@ pub struct Settings {
     pub self_shadow: SelfShadow,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
+    /// Replaces the shell.
+    pub baseline: Option<Baseline>,
 }
 
 impl Default for Settings {
@@ -126,6 +140,7 @@ impl Default for Settings {
             depth_offset: true,
             self_shadow: SelfShadow::Off,
             count_limits: false,
+            baseline: None,
         }
     }
 }

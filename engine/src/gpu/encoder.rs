@@ -173,6 +173,12 @@ impl CommandEncoder {
         unsafe { self.ctx.device().cmd_push_constants(self.raw, pipeline.layout(), stages, 0, bytes) };
     }
 
+    /// Vertices for a pipeline with a [`super::VertexLayout`], from the buffer's start.
+    pub fn bind_vertex_buffer(&mut self, buffer: &Buffer) {
+        // SAFETY: recording; the buffer is alive.
+        unsafe { self.ctx.device().cmd_bind_vertex_buffers(self.raw, 0, &[buffer.handle()], &[0]) };
+    }
+
     /// Indices for [`Self::draw_indexed`], from the buffer's start.
     pub fn bind_index_buffer(&mut self, buffer: &Buffer, index_type: vk::IndexType) {
         // SAFETY: recording; the buffer is alive.

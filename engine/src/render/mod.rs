@@ -2,6 +2,7 @@
 //! recorded into a command buffer that the caller hands over, so that another engine can embed it.
 
 mod aov;
+pub mod baseline;
 mod geometry;
 pub mod layout;
 pub mod plan;
@@ -18,6 +19,7 @@ use std::path::Path;
 use glam::DAffine3;
 
 use self::aov::AovTargets;
+use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
 use self::resources::{Images, Primitive, Slot};
 use self::variant::{Geometry, Variant};
@@ -29,7 +31,7 @@ use crate::gpu::{
     Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Settings, Stage};
+use crate::settings::{Baseline, Settings, Stage};
 
 /// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
 const PRISMS_PER_GROUP: u32 = 24;
@@ -211,7 +213,8 @@ impl Renderer {
             .map(|draw| view.object(&self.transforms[draw.instance], self.primitives[draw.primitive].center))
             .collect();
         let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
-        self.slots[slot].write(&view.frame(lights.len()), &objects, &lights)?;
+        let frame = view.frame(lights.len());
+        self.slots[slot].write(&frame, &objects, &lights)?;
         for draw in &self.plan.draws {
             let pipeline = &self.pipelines[&draw.variant];
             self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline)?;
@@ -242,7 +245,7 @@ impl Renderer {
             }
             self.begin_pass(cmd, name, target, clear);
             for index in draws {
-                self.record_draw(cmd, slot, index, &self.plan.draws[index]);
+                self.record_draw(cmd, slot, index, &frame, &objects[index]);
             }
             cmd.end_rendering();
             if let Some(timers) = timers.as_deref_mut() {
@@ -266,7 +269,8 @@ impl Renderer {
         cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent: target.extent() });
     }
 
-    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, draw: &Draw) {
+    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, frame: &Frame, object: &Object) {
+        let draw = &self.plan.draws[index];
         let pipeline = &self.pipelines[&draw.variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
@@ -278,6 +282,12 @@ impl Renderer {
                 if let Some(indices) = &primitive.indices {
                     cmd.bind_index_buffer(indices, vk::IndexType::UINT32);
                     cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
+                }
+            }
+            Geometry::MicroMesh => {
+                let cull = matches!(self.settings.baseline, Some(Baseline::MicroMesh { cull: true, .. }));
+                if let Some(mesh) = &primitive.micro_mesh {
+                    mesh.record(cmd, frame, object, draw.variant.double_sided, cull);
                 }
             }
             Geometry::Shell(Stage::Mesh) => cmd.draw_mesh_tasks(draw.range.end.div_ceil(PRISMS_PER_GROUP), 1, 1),
@@ -349,6 +359,7 @@ impl Renderer {
             &GraphicsDesc {
                 name: &variant.name(),
                 shaders: &shaders.iter().collect::<Vec<_>>(),
+                vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
                 color_formats: &color_formats,
                 depth_format: Some(DEPTH_FORMAT),
                 depth: DepthState { test: true, write: true, compare: vk::CompareOp::GREATER },

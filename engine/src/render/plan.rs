@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
-use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{Baseline, March, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{certificate, prisms, prisms::ShellGeometry};
 
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
@@ -48,7 +48,8 @@ pub struct Plan {
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
-    settings.resolved_shell() != Shell::Off
+    settings.baseline.is_none()
+        && settings.resolved_shell() != Shell::Off
         && scene
             .instances
             .iter()
@@ -58,7 +59,8 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
-    let shell = settings.resolved_shell() != Shell::Off;
+    // A baseline samples the shell's own surface.
+    let shell = settings.resolved_shell() != Shell::Off || settings.baseline.is_some();
     let mut plan = Plan::default();
     // First planned primitive of each mesh.
     let mut first = vec![None; scene.meshes.len()];
@@ -133,7 +135,9 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
         }
     };
-    if let Some(displacement) = shell {
+    if let (Some(_), Some(Baseline::MicroMesh { .. })) = (shell, settings.baseline) {
+        push(Variant { geometry: Geometry::MicroMesh, ..plain }, 0..prisms);
+    } else if let Some(displacement) = shell {
         let height = Some(height(&displacement, settings, true));
         let geometry = Geometry::Shell(stage);
         let variant = Variant { geometry, height, mirrored: false, double_sided: false, ..plain };

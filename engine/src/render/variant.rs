@@ -20,6 +20,8 @@ pub enum Geometry {
     Surface,
     /// Prism outlines from the stage named ([`Stage::Auto`] never stands here).
     Shell(Stage),
+    /// The triangles of a [`crate::render::baseline::MicroMesh`].
+    MicroMesh,
 }
 
 /// The height map's part in a variant.
@@ -68,6 +70,7 @@ impl Variant {
         use ShaderStage as S;
         match self.geometry {
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
+            Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
             Geometry::Shell(_) => &[
                 ("render/shell.vert", S::Vertex),
@@ -82,6 +85,7 @@ impl Variant {
         match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
+            (Geometry::MicroMesh, _) => "micro-mesh".into(),
             (Geometry::Shell(_), height) => {
                 format!("shell {}", height.map_or(March::None, |height| height.march))
             }
