@@ -19,6 +19,7 @@ use std::path::Path;
 use glam::DAffine3;
 
 use self::aov::AovTargets;
+use self::baseline::Drawable;
 use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
 use self::resources::{Images, Primitive, Slot};
@@ -306,6 +307,11 @@ impl Renderer {
     /// unless [`Settings::count_limits`] is on.
     pub fn limits_reached(&self, slot: usize) -> Result<Option<u32>> {
         self.slots.get(slot).map_or(Ok(None), Slot::limits_reached)
+    }
+
+    /// Bytes of what a baseline keeps on the CPU to cull by.
+    pub fn baseline_host_bytes(&self) -> u64 {
+        self.primitives.iter().filter_map(|p| p.micro_mesh.as_ref()).map(Drawable::host_bytes).sum()
     }
 
     /// The pipelines that a frame binds, by name.

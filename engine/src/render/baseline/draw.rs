@@ -34,6 +34,11 @@ impl Drawable {
         })
     }
 
+    /// Bytes of the clusters, which stay on the CPU.
+    pub fn host_bytes(&self) -> u64 {
+        size_of_val(self.clusters.clusters.as_slice()) as u64
+    }
+
     /// Records its draws; the pipeline and its sets are bound. `cull`: only the clusters that may be seen. They are
     /// found here, on the CPU, so no GPU time is charged for it.
     pub fn record(&self, cmd: &mut CommandEncoder, frame: &Frame, object: &Object, double_sided: bool, cull: bool) {
