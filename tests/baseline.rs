@@ -2,24 +2,25 @@
 
 mod rig;
 
+use glam::{DAffine3, DVec3};
 use prism_engine::{
     measure::Metrics,
     scene::{Camera, Scene},
-    settings::{Baseline, Settings},
+    settings::{Baseline, Culling, Settings},
     shell::reference::{Reference, Shadows},
 };
 use rig::Rig;
 
 const SIZE: [u32; 2] = [160, 90];
 
-fn micro_mesh(density: u32, cull: bool) -> Settings {
-    Settings { baseline: Some(Baseline::MicroMesh { density, cull }), ..Settings::default() }
+fn micro_mesh(density: u32, culling: Culling) -> Settings {
+    Settings { baseline: Some(Baseline::MicroMesh { density, culling }), ..Settings::default() }
 }
 
 fn measured(rig: &Rig, scene: &Scene, camera: &Camera, densities: &[u32]) -> Vec<Metrics> {
     let truth = Reference::new(scene).render(camera, SIZE[0], SIZE[1], Shadows::Skip);
     let measure = |density: &u32| {
-        let aov = rig.easel(scene, &micro_mesh(*density, true), SIZE).draw(camera);
+        let aov = rig.easel(scene, &micro_mesh(*density, Culling::Clusters), SIZE).draw(camera);
         Metrics::between(&aov, &truth, camera)
     };
     densities.iter().map(measure).collect()
@@ -63,14 +64,27 @@ fn hard_edges_seams_and_folds_leave_a_micro_mesh_whole() {
 fn culling_leaves_out_nothing_that_is_seen() {
     let rig = Rig::new();
     let scene = rig::asset("torus.gltf");
-    let whole = scene.camera.expect("a camera");
-    for (eye, target) in
-        [([1.6, 2.05, 2.9], [0.0; 3]), ([0.0, 0.3, 0.0], [1.0, 0.0, 0.2]), ([1.7, 0.1, 0.0], [1.0, 0.3, -0.9])]
-    {
-        let camera = whole.overridden(Some(eye.into()), Some(target.into()), None).expect("a camera");
-        let [all, culled] = [false, true].map(|cull| rig.easel(&scene, &micro_mesh(12, cull), SIZE).draw(&camera));
-        assert!(all.depth.iter().filter(|z| z.is_finite()).count() > 1000, "{eye:?} sees nothing");
-        assert!(rig::same_bits(&all, &culled), "{eye:?}");
+    let mut mirrored = scene.clone();
+    mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let mut double_sided = scene.clone();
+    double_sided.materials.iter_mut().for_each(|material| material.double_sided = true);
+    let outside = ([1.6, 2.05, 2.9], [0.0; 3]);
+    // In the hole, near enough for what surrounds the eye; and in the tube itself, where only backs are seen.
+    let (hole, tube) = (([0.0, 0.3, 0.0], [1.0, 0.0, 0.2]), ([1.0, 0.0, 0.0], [0.8, 0.0, 0.6]));
+    for (what, scene, (eye, target)) in [
+        ("outside", &scene, outside),
+        ("in the hole", &scene, hole),
+        ("mirrored", &mirrored, outside),
+        ("in the tube", &double_sided, tube),
+    ] {
+        let camera = scene.camera.expect("a camera");
+        let camera = camera.overridden(Some(eye.into()), Some(target.into()), None).expect("a camera");
+        let ways = [Culling::Off, Culling::Clusters, Culling::Triangles];
+        let [all, culled @ ..] = ways.map(|way| rig.easel(scene, &micro_mesh(12, way), SIZE).draw(&camera));
+        assert!(all.depth.iter().filter(|z| z.is_finite()).count() > 1000, "{what}: nothing is seen");
+        for (aov, way) in culled.iter().zip(&ways[1..]) {
+            assert!(rig::same_bits(&all, aov), "{what}, {way:?}");
+        }
     }
 }
 
@@ -79,7 +93,8 @@ fn what_a_micro_mesh_cannot_carry_is_told() {
     let rig = Rig::new();
     let scene = rig::asset("torus.gltf");
     for density in [0, 257] {
-        let error = rig.try_easel(&scene, &micro_mesh(density, true), SIZE).err().expect("refused").to_string();
+        let error =
+            rig.try_easel(&scene, &micro_mesh(density, Culling::Clusters), SIZE).err().expect("refused").to_string();
         assert!(error.contains("1 to 256"), "{error}");
     }
 }

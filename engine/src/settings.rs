@@ -75,9 +75,20 @@ pub enum Baseline {
     MicroMesh {
         /// Triangles along an edge of a base triangle.
         density: u32,
-        /// Leave out the clusters that the camera cannot see.
-        cull: bool,
+        /// What is left out.
+        culling: Culling,
     },
+}
+
+/// What of a micro-mesh is left out because the camera cannot see it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Culling {
+    /// Nothing.
+    Off,
+    /// Clusters outside the picture or seen from behind, on the CPU.
+    Clusters,
+    /// Triangles outside the picture, seen from behind or between pixel centres, on the GPU.
+    Triangles,
 }
 
 /// How closely the validation layer looks. Any message of it fails the run.

@@ -8,7 +8,7 @@ use prism_engine::{
     measure::Metrics,
     render::baseline::MAX_DENSITY,
     scene::{Camera, Scene},
-    settings::{Baseline, Settings},
+    settings::{Baseline, Culling, Settings},
     shell::reference::{Reference, Shadows},
 };
 
@@ -56,7 +56,10 @@ impl<'a> Judge<'a> {
         if let Some(known) = self.densities.get(&density) {
             return Ok(*known);
         }
-        let settings = Settings { baseline: Some(Baseline::MicroMesh { density, cull: true }), ..Settings::default() };
+        let settings = Settings {
+            baseline: Some(Baseline::MicroMesh { density, culling: Culling::Clusters }),
+            ..Settings::default()
+        };
         let metrics = self.metrics(device, &settings)?;
         self.densities.insert(density, metrics);
         Ok(metrics)

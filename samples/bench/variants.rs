@@ -1,6 +1,6 @@
 //! What takes part in the contest, as data.
 
-use prism_engine::settings::{Baseline, March, Settings, Shell};
+use prism_engine::settings::{Baseline, Culling, March, Settings, Shell};
 
 /// Our shells. A new one takes part with its name here.
 const SHELLS: &[Shell] = &[Shell::Prism];
@@ -17,7 +17,11 @@ const MARCHES: &[(March, &[(u32, u32)])] = &[
 const FLOOR: Option<Settings> = None;
 
 /// How a micro-mesh is drawn.
-const MICRO_MESHES: &[(&str, bool)] = &[("culled by cluster", true), ("not culled", false)];
+const MICRO_MESHES: &[(&str, Culling)] = &[
+    ("culled by cluster", Culling::Clusters),
+    ("culled by triangle", Culling::Triangles),
+    ("not culled", Culling::Off),
+];
 
 /// How many times faster than the micro-mesh a shell has to be, by depth error in pixel footprints.
 pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
@@ -60,9 +64,12 @@ pub fn ours() -> Vec<Vec<Variant>> {
 
 /// Every way to draw a micro-mesh of a density.
 pub fn micro_meshes(density: u32) -> Vec<Variant> {
-    let variant = |(way, cull): &(&str, bool)| Variant {
+    let variant = |(way, culling): &(&str, Culling)| Variant {
         name: format!("micro-mesh {density}, {way}"),
-        settings: Settings { baseline: Some(Baseline::MicroMesh { density, cull: *cull }), ..Settings::default() },
+        settings: Settings {
+            baseline: Some(Baseline::MicroMesh { density, culling: *culling }),
+            ..Settings::default()
+        },
     };
     MICRO_MESHES.iter().map(variant).collect()
 }

@@ -199,6 +199,12 @@ impl CommandEncoder {
         }
     }
 
+    /// Draws with the bound index buffer what the command in `buffer` says.
+    pub fn draw_indexed_indirect(&mut self, buffer: &Buffer) {
+        // SAFETY: recording, inside a pass; what is bound is checked by the validation layer.
+        unsafe { self.ctx.device().cmd_draw_indexed_indirect(self.raw, buffer.handle(), 0, 1, 0) };
+    }
+
     /// Runs x·y·z mesh (or task) workgroups.
     ///
     /// # Panics

@@ -32,7 +32,7 @@ use crate::gpu::{
     Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Baseline, Settings, Stage};
+use crate::settings::{Settings, Stage};
 
 /// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
 const PRISMS_PER_GROUP: u32 = 24;
@@ -150,7 +150,7 @@ impl Renderer {
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
-        let primitives = resources::upload(&self.ctx, &self.scene, &plan, settings)?;
+        let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
         for draw in &plan.draws {
             if !self.pipelines.contains_key(&draw.variant) {
                 let pipeline = self.pipeline(compiler, &draw.variant)?;
@@ -244,6 +244,12 @@ impl Renderer {
             if let Some(timers) = timers.as_deref_mut() {
                 timers.begin(cmd, slot, name);
             }
+            for index in &draws {
+                let draw = &self.plan.draws[*index];
+                if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
+                    mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
+                }
+            }
             self.begin_pass(cmd, name, target, clear);
             for index in draws {
                 self.record_draw(cmd, slot, index, &frame, &objects[index]);
@@ -286,9 +292,8 @@ impl Renderer {
                 }
             }
             Geometry::MicroMesh => {
-                let cull = matches!(self.settings.baseline, Some(Baseline::MicroMesh { cull: true, .. }));
                 if let Some(mesh) = &primitive.micro_mesh {
-                    mesh.record(cmd, frame, object, draw.variant.double_sided, cull);
+                    mesh.record(cmd, frame, object, draw.variant.sides());
                 }
             }
             Geometry::Shell(Stage::Mesh) => cmd.draw_mesh_tasks(draw.range.end.div_ceil(PRISMS_PER_GROUP), 1, 1),

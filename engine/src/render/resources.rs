@@ -187,7 +187,13 @@ pub struct Primitive {
 }
 
 /// Uploads the primitives of a plan.
-pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) -> Result<Vec<Primitive>> {
+pub fn upload(
+    ctx: &Context,
+    compiler: &ShaderCompiler,
+    scene: &Scene,
+    plan: &Plan,
+    settings: &Settings,
+) -> Result<Vec<Primitive>> {
     use vk::BufferUsageFlags as U;
     let mut uploader = Uploader::new(ctx)?;
     let primitives = plan
@@ -201,10 +207,10 @@ pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) ->
                 .then(|| uploader.buffer(&format!("{name} indices"), U::INDEX_BUFFER, indices))
                 .transpose()?;
             let micro_mesh = match settings.baseline.filter(|_| planned.shell.is_displaced()) {
-                Some(Baseline::MicroMesh { density, .. }) => {
+                Some(Baseline::MicroMesh { density, culling }) => {
                     data.prisms.clear();
                     let mesh = MicroMesh::new(scene, planned, data.center, density)?;
-                    Some(Drawable::new(&mut uploader, &name, mesh)?)
+                    Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?)
                 }
                 None => None,
             };

@@ -1,6 +1,7 @@
 //! Shader variants: which code a draw needs, as the defines it is compiled with. What no define asks for is not in the
 //! machine code.
 
+use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::Wrap;
 use crate::settings::{March, Stage};
@@ -78,6 +79,11 @@ impl Variant {
                 ("render/shell.frag", S::Fragment),
             ],
         }
+    }
+
+    /// Which sides of its triangles show.
+    pub fn sides(&self) -> Sides {
+        Sides { double: self.double_sided, mirrored: self.mirrored }
     }
 
     /// The pipeline's debug name.
