@@ -21,7 +21,7 @@ use super::{
 /// Where the search for a density begins.
 const FIRST_DENSITY: u32 = 8;
 /// Rounds after which the fastest of our settings is known well enough to compete.
-const HEATS: u32 = 5;
+const MAX_HEATS: u32 = 5;
 
 /// A setting with its error.
 #[derive(Clone)]
@@ -97,7 +97,13 @@ impl<'a> Judge<'a> {
     }
 
     /// For each error, the fastest of the settings that are within it.
-    pub fn fastest(&self, device: &mut Device, settings: &[Judged], errors: &[f64]) -> Result<Vec<Option<Judged>>> {
+    pub fn fastest(
+        &self,
+        device: &mut Device,
+        settings: &[Judged],
+        errors: &[f64],
+        rounds: u32,
+    ) -> Result<Vec<Option<Judged>>> {
         let widest = errors.iter().copied().fold(0.0, f64::max);
         let within = |judged: &&Judged, error: f64| judged.metrics.depth_p99 <= error;
         let able: Vec<&Judged> = settings.iter().filter(|judged| within(judged, widest)).collect();
@@ -105,7 +111,7 @@ impl<'a> Judge<'a> {
         for judged in &able {
             heats.add(device, &judged.variant.name, self.scene, &judged.variant.settings)?;
         }
-        heats.run(device, HEATS, |_| {})?;
+        heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
         let fastest = |error: &f64| {
             let able = able.iter().enumerate().filter(|(_, judged)| within(judged, *error));
             // The least: what else runs on the machine makes a frame slower, never faster.

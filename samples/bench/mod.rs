@@ -58,7 +58,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     progress.tell("measuring our settings");
     let tightest = args.errors.iter().copied().fold(f64::INFINITY, f64::min);
     let ours = judge.ours(&mut device, tightest)?;
-    let fastest = judge.fastest(&mut device, &ours, &args.errors)?;
+    let fastest = judge.fastest(&mut device, &ours, &args.errors, args.rounds())?;
     let mut pairs = Vec::new();
     for (error, ours) in args.errors.iter().copied().zip(fastest) {
         progress.tell(&format!("looking for the micro-mesh within {error} footprints"));

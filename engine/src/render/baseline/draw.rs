@@ -8,7 +8,7 @@ use crate::gpu::{Buffer, CommandEncoder, Context, ShaderCompiler, Uploader, Vert
 use crate::render::layout::{Frame, Object};
 use crate::settings::Culling;
 
-/// Where the vertex shader finds a [`MicroVertex`].
+/// Where the vertex shader finds the parts of a vertex.
 pub const VERTEX_LAYOUT: VertexLayout<'static> = VertexLayout {
     stride: size_of::<MicroVertex>() as u32,
     attributes: &[
