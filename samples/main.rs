@@ -1,6 +1,7 @@
-//! The `prism` command: the list of samples.
+//! The `prism` command: the list of samples, and the benchmark.
 
 mod app;
+mod bench;
 mod prism_shell;
 mod stability;
 mod viewer;

@@ -70,6 +70,29 @@ pub enum SelfShadow {
     Hard,
 }
 
+/// What is drawn in place of a displaced primitive's shell, for comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// A pre-tessellated mesh.
+    MicroMesh {
+        /// Triangles along an edge of a base triangle.
+        density: u32,
+        /// What is left out.
+        culling: Culling,
+    },
+}
+
+/// What of a micro-mesh is left out because the camera cannot see it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Culling {
+    /// Nothing.
+    Off,
+    /// Clusters outside the picture or seen from behind, on the CPU.
+    Clusters,
+    /// Triangles outside the picture, seen from behind or between pixel centres, on the GPU.
+    Triangles,
+}
+
 /// How closely the validation layer looks. Any message of it fails the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Validation {
@@ -112,6 +135,8 @@ pub struct Settings {
     pub self_shadow: SelfShadow,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
+    /// Replaces the shell.
+    pub baseline: Option<Baseline>,
 }
 
 impl Default for Settings {
@@ -128,6 +153,7 @@ impl Default for Settings {
             depth_offset: true,
             self_shadow: SelfShadow::Off,
             count_limits: false,
+            baseline: None,
         }
     }
 }

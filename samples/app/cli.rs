@@ -39,6 +39,8 @@ pub enum Command {
     Run(RunArgs),
     /// Renders one frame of a glTF file offscreen
     Render(RenderArgs),
+    /// Our fastest setting against the fastest pre-tessellated mesh of the same error, on a torus; a Markdown table
+    Bench(BenchArgs),
 }
 
 /// `prism run SAMPLE`.
@@ -97,6 +99,55 @@ pub struct RenderArgs {
     /// What is common with `run`.
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// `prism bench`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// Of the picture, in pixels [default: 640x360; 160x90 with --quick]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Size>,
+
+    /// 99 % of the pixels may be so far off in depth, in pixel footprints: one contest each
+    #[arg(long, value_name = "E,E", value_delimiter = ',', value_parser = positive, default_values_t = [0.5, 0.1])]
+    pub errors: Vec<f64>,
+
+    /// Frames of each variant that are timed, all variants taking turns [default: 15; 3 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub rounds: Option<u32>,
+
+    /// Small and short, for CI: every row, no figure worth quoting [default: off]
+    #[arg(long)]
+    pub quick: bool,
+
+    /// The table's rows as CSV [default: not written]
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+
+    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+
+    /// The validation layer's checks; a warning or an error fails the run
+    #[arg(long, default_value = "off", value_parser = words(Validation::ALL, Validation::name))]
+    pub validation: Validation,
+
+    /// Reads the shaders from this folder [default: those in the program]
+    #[arg(long, value_name = "DIR")]
+    pub shader_dir: Option<PathBuf>,
+}
+
+impl BenchArgs {
+    /// The picture's size.
+    pub fn pixels(&self) -> [u32; 2] {
+        let usual = if self.quick { [160, 90] } else { [640, 360] };
+        self.size.map_or(usual, |size| [size.width, size.height])
+    }
+
+    /// Timed frames of each variant.
+    pub fn rounds(&self) -> u32 {
+        self.rounds.unwrap_or(if self.quick { 3 } else { 15 })
+    }
 }
 
 /// Options of every command that draws.
@@ -256,6 +307,10 @@ fn size(text: &str) -> Result<Size, String> {
 
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|n: &f64| n.is_finite())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text).filter(|&n| n > 0.0).ok_or_else(|| "a finite number above 0".into())
 }
 
 fn point(text: &str) -> Result<[f64; 3], String> {

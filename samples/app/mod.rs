@@ -1,19 +1,19 @@
 //! The application around the samples: command line, headless and window loop, output files.
 
-mod assets;
+pub mod assets;
 mod camera;
 mod choices;
-mod cli;
-mod console;
+pub mod cli;
+pub mod console;
 mod devices;
 mod drawing;
 mod exr;
-mod files;
+pub mod files;
 mod headless;
 pub mod heat;
 mod job;
 mod load;
-mod offscreen;
+pub mod offscreen;
 pub mod picture;
 mod png;
 pub mod sample;
@@ -66,6 +66,7 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)
         }
+        Command::Bench(args) => crate::bench::run(&args),
     }
 }
 

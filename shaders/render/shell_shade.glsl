@@ -98,7 +98,11 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
 void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
+#ifdef MARCH_NONE
+    vec2 gradient = vec2(0.0);
+#else
     vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
+#endif
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
     shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel);
 }

@@ -1,7 +1,7 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// MARCH_EXACT (with shell/exact.glsl), MARCH_RELIEF or neither (POM) chooses the search. Cost: prism_trace solves three
+// MARCH_EXACT (with shell/exact.glsl), MARCH_RELIEF, MARCH_NONE or neither (POM) chooses the search. Cost: prism_trace solves three
 // quadratics; each linear step is three quadratics, one reciprocal and one height.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
@@ -52,6 +52,9 @@ vec2 path_uv(UvPath path, float t) {
 }
 
 float surface_level(MarchSettings settings, vec2 uv) {
+#ifdef MARCH_NONE
+    return 0.0;
+#endif
     return (height_at(uv, 0.0) - settings.midlevel) * settings.scale;
 }
 
@@ -138,7 +141,15 @@ bool follows_chord(Prism prism, PathEnd entry, PathEnd leave) {
 
 const float NO_HIT = 2.0;
 
-#ifdef MARCH_EXACT
+#ifdef MARCH_NONE
+// No height is looked up: the base surface at level 0, which is what a walk costs at least.
+float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout int limits) {
+    bool falls = above && leave.t < 0.0;
+    above = leave.t >= 0.0;
+    return falls ? clamp(entry.t / (entry.t - leave.t), 0.0, 1.0) : NO_HIT;
+}
+#elif defined(MARCH_EXACT)
 // Control points of a quadratic over [a, b].
 vec3 over(vec3 q, float a, float b) {
     return vec3(quadratic(q, a), q.x + 0.5 * q.y * (a + b) + q.z * a * b, quadratic(q, b));

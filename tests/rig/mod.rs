@@ -13,6 +13,7 @@ use std::{
 
 use prism_engine::{
     aov::Aov,
+    error::Result,
     gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, Shader, ShaderCompiler, ShaderStage, vk},
     render::{self, Output, Renderer},
     scene::{self, Camera, Scene},
@@ -60,17 +61,22 @@ impl Rig {
 
     /// Puts a scene on the device, to be drawn with AOVs.
     pub fn easel(&self, scene: &Scene, settings: &Settings, extent: [u32; 2]) -> Easel {
+        self.try_easel(scene, settings, extent).expect("a renderer")
+    }
+
+    /// The same, or why it cannot be.
+    pub fn try_easel(&self, scene: &Scene, settings: &Settings, extent: [u32; 2]) -> Result<Easel> {
         let format = vk::Format::R8G8B8A8_SRGB;
         let output = Output { color_format: format, aov: true };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
         let desc = ImageDesc { name: "picture", extent, format, usage, ..ImageDesc::default() };
-        Easel {
-            renderer: Renderer::new(&self.ctx, &self.compiler, scene, settings, output).expect("a renderer"),
+        Ok(Easel {
+            renderer: Renderer::new(&self.ctx, &self.compiler, scene, settings, output)?,
             frames: Frames::new(&self.ctx, 1).expect("a frame"),
             slot: 0,
             target: Image::new(&self.ctx, &desc).expect("a target"),
             ctx: self.ctx.clone(),
-        }
+        })
     }
 }
 

@@ -173,6 +173,12 @@ impl CommandEncoder {
         unsafe { self.ctx.device().cmd_push_constants(self.raw, pipeline.layout(), stages, 0, bytes) };
     }
 
+    /// Vertices for a pipeline with a [`super::VertexLayout`], from the buffer's start.
+    pub fn bind_vertex_buffer(&mut self, buffer: &Buffer) {
+        // SAFETY: recording; the buffer is alive.
+        unsafe { self.ctx.device().cmd_bind_vertex_buffers(self.raw, 0, &[buffer.handle()], &[0]) };
+    }
+
     /// Indices for [`Self::draw_indexed`], from the buffer's start.
     pub fn bind_index_buffer(&mut self, buffer: &Buffer, index_type: vk::IndexType) {
         // SAFETY: recording; the buffer is alive.
@@ -191,6 +197,12 @@ impl CommandEncoder {
         unsafe {
             self.ctx.device().cmd_draw_indexed(self.raw, indices, instances, first_index, offset, first_instance);
         }
+    }
+
+    /// Draws with the bound index buffer what the command in `buffer` says.
+    pub fn draw_indexed_indirect(&mut self, buffer: &Buffer) {
+        // SAFETY: recording, inside a pass; what is bound is checked by the validation layer.
+        unsafe { self.ctx.device().cmd_draw_indexed_indirect(self.raw, buffer.handle(), 0, 1, 0) };
     }
 
     /// Runs x·y·z mesh (or task) workgroups.

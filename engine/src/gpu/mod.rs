@@ -42,7 +42,7 @@ pub use frame::{Frame, Frames, run_once};
 pub use memory::{
     Buffer, BufferDesc, Image, ImageDesc, MemoryLocation, Sampler, SamplerDesc, Uploader, format_bytes, full_mip_count,
 };
-pub use pipeline::{DepthState, GraphicsDesc, Pipeline};
+pub use pipeline::{DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};
 pub use readback::{read_image, readback_buffer};
 pub use retire::Ticket;

@@ -29,13 +29,24 @@ impl DepthState {
     pub const REVERSED: DepthState = DepthState { test: true, write: true, compare: vk::CompareOp::GREATER };
 }
 
-/// A graphics pipeline without vertex input: shaders fetch from storage buffers.
+/// One buffer of vertices, read by the vertex stage's inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VertexLayout<'a> {
+    /// Bytes from one vertex to the next.
+    pub stride: u32,
+    /// Format and offset of each location, from 0.
+    pub attributes: &'a [(vk::Format, u32)],
+}
+
+/// A graphics pipeline. Without a vertex layout shaders fetch from storage buffers.
 #[derive(Clone, Copy)]
 pub struct GraphicsDesc<'a> {
     /// Debug name.
     pub name: &'a str,
     /// One shader a stage: vertex with or without geometry, or mesh with or without task; then fragment if any.
     pub shaders: &'a [&'a Arc<Shader>],
+    /// What [`super::CommandEncoder::bind_vertex_buffer`] binds, if the vertex stage has inputs.
+    pub vertices: Option<VertexLayout<'a>>,
     /// Formats of the colour targets by location.
     pub color_formats: &'a [vk::Format],
     /// Format of the depth target.
@@ -63,6 +74,7 @@ impl Default for GraphicsDesc<'_> {
         GraphicsDesc {
             name: "pipeline",
             shaders: &[],
+            vertices: None,
             color_formats: &[],
             depth_format: None,
             depth: DepthState::OFF,
@@ -98,7 +110,18 @@ impl Pipeline {
         let mut pipeline = Self::with_layout(ctx, desc.name, desc.shaders, vk::PipelineBindPoint::GRAPHICS)?;
         let modules = Modules::new(ctx, desc.name, desc.shaders)?;
         let stages = modules.stages();
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+        let bindings = desc.vertices.map(|layout| {
+            let rate = vk::VertexInputRate::VERTEX;
+            vk::VertexInputBindingDescription { binding: 0, stride: layout.stride, input_rate: rate }
+        });
+        let attribute = |(location, &(format, offset)): (u32, &(vk::Format, u32))| {
+            vk::VertexInputAttributeDescription { location, binding: 0, format, offset }
+        };
+        let attributes = desc.vertices.map_or(&[][..], |layout| layout.attributes);
+        let attributes: Vec<_> = (0..).zip(attributes).map(attribute).collect();
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(bindings.as_slice())
+            .vertex_attribute_descriptions(&attributes);
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let mut raster = vk::PipelineRasterizationStateCreateInfo::default()

@@ -2,6 +2,7 @@
 //! recorded into a command buffer that the caller hands over, so that another engine can embed it.
 
 mod aov;
+pub mod baseline;
 mod geometry;
 pub mod layout;
 mod meshlets;
@@ -19,6 +20,8 @@ use std::path::Path;
 use glam::DAffine3;
 
 use self::aov::AovTargets;
+use self::baseline::Drawable;
+use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
 use self::resources::{Images, Primitive, Slot};
 use self::variant::{Geometry, Variant};
@@ -152,7 +155,7 @@ impl Renderer {
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
-        let primitives = resources::upload(&self.ctx, &self.scene, &plan, settings)?;
+        let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
         for draw in &plan.draws {
             if !self.pipelines.contains_key(&draw.variant) {
                 let pipeline = self.pipeline(compiler, &draw.variant)?;
@@ -225,7 +228,8 @@ impl Renderer {
             })
             .collect();
         let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
-        self.slots[slot].write(&view.frame(lights.len()), &objects, &lights)?;
+        let frame = view.frame(lights.len());
+        self.slots[slot].write(&frame, &objects, &lights)?;
         for draw in &self.plan.draws {
             let pipeline = &self.pipelines[&draw.variant];
             self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline)?;
@@ -254,9 +258,15 @@ impl Renderer {
             if let Some(timers) = timers.as_deref_mut() {
                 timers.begin(cmd, slot, name);
             }
+            for index in &draws {
+                let draw = &self.plan.draws[*index];
+                if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
+                    mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
+                }
+            }
             self.begin_pass(cmd, name, target, clear);
             for index in draws {
-                self.record_draw(cmd, slot, index, &self.plan.draws[index], cut[index]);
+                self.record_draw(cmd, slot, index, &frame, &objects[index], cut[index]);
             }
             cmd.end_rendering();
             if let Some(timers) = timers.as_deref_mut() {
@@ -281,7 +291,16 @@ impl Renderer {
     }
 
     /// `cut`: the near plane may lie within the shell or under it.
-    fn record_draw(&self, cmd: &mut CommandEncoder, slot: usize, index: usize, draw: &Draw, cut: bool) {
+    fn record_draw(
+        &self,
+        cmd: &mut CommandEncoder,
+        slot: usize,
+        index: usize,
+        frame: &Frame,
+        object: &Object,
+        cut: bool,
+    ) {
+        let draw = &self.plan.draws[index];
         let pipeline = &self.pipelines[&draw.variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
@@ -308,6 +327,11 @@ impl Renderer {
                     cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
                 }
             }
+            Geometry::MicroMesh => {
+                if let Some(mesh) = &primitive.micro_mesh {
+                    mesh.record(cmd, frame, object, draw.variant.sides());
+                }
+            }
             Geometry::Shell(Stage::Mesh) | Geometry::Borders(Stage::Mesh) => {
                 cmd.draw_mesh_tasks(push.count.div_ceil(PRISMS_PER_GROUP), 1, 1);
             }
@@ -326,6 +350,11 @@ impl Renderer {
     /// unless [`Settings::count_limits`] is on.
     pub fn limits_reached(&self, slot: usize) -> Result<Option<u32>> {
         self.slots.get(slot).map_or(Ok(None), Slot::limits_reached)
+    }
+
+    /// Bytes of what a baseline keeps on the CPU to cull by.
+    pub fn baseline_host_bytes(&self) -> u64 {
+        self.primitives.iter().filter_map(|p| p.micro_mesh.as_ref()).map(Drawable::host_bytes).sum()
     }
 
     /// The pipelines that a frame binds, by name.
@@ -379,6 +408,7 @@ impl Renderer {
             &GraphicsDesc {
                 name: &variant.name(),
                 shaders: &shaders.iter().collect::<Vec<_>>(),
+                vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
                 color_formats: &color_formats,
                 depth_format: Some(DEPTH_FORMAT),
                 depth: DepthState { test: true, write: true, compare: vk::CompareOp::GREATER },

@@ -56,7 +56,8 @@ pub struct Plan {
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
-    settings.resolved_shell() != Shell::Off
+    settings.baseline.is_none()
+        && settings.resolved_shell() != Shell::Off
         && scene
             .instances
             .iter()
@@ -88,7 +89,9 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     let mut shells = vec![ShellGeometry::default(); mesh.primitives.len()];
     let mut factors = vec![0.0; mesh.shell_normals.len()];
     let shell = settings.resolved_shell();
-    if shell != Shell::Off && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
+    // A baseline samples the shell's own surface.
+    let shelled = shell != Shell::Off || settings.baseline.is_some();
+    if shelled && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
         let folds = certificate::mesh_folds(scene, mesh);
         if !folds.reduced.is_empty() {
             plan.notices.push(format!(
@@ -151,7 +154,10 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
         }
     };
-    if prisms > 0 {
+    let micro_mesh = settings.baseline.is_some() && geometry.shell.is_displaced();
+    if micro_mesh && displacement.is_some() {
+        push(Variant { geometry: Geometry::MicroMesh, ..plain }, 0..prisms);
+    } else if prisms > 0 {
         let shown = displacement.filter(|_| geometry.shell.is_displaced());
         let others = geometry.shell.others.len() as u8;
         let height = shown.map(|d| Height { others, ..height(&d, settings, true) });

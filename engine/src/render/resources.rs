@@ -4,6 +4,7 @@ use std::collections::{HashMap, hash_map::Entry};
 
 use glam::DVec3;
 
+use super::baseline::{Drawable, MicroMesh};
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
@@ -15,7 +16,7 @@ use crate::gpu::{
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
 use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
-use crate::settings::{March, Settings};
+use crate::settings::{Baseline, March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
 const ANISOTROPY: f32 = 8.0;
@@ -193,6 +194,8 @@ pub struct Primitive {
     pub center: DVec3,
     /// Triangles drawn as such; none where all are prisms.
     pub indices: Option<Buffer>,
+    /// Drawn in place of its shell.
+    pub micro_mesh: Option<Drawable>,
     vertices: Buffer,
     prisms: Option<Buffer>,
     material: Buffer,
@@ -235,19 +238,33 @@ impl Walk {
 }
 
 /// Uploads the primitives of a plan.
-pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) -> Result<Vec<Primitive>> {
+pub fn upload(
+    ctx: &Context,
+    compiler: &ShaderCompiler,
+    scene: &Scene,
+    plan: &Plan,
+    settings: &Settings,
+) -> Result<Vec<Primitive>> {
     use vk::BufferUsageFlags as U;
     let mut uploader = Uploader::new(ctx)?;
     let primitives = plan
         .primitives
         .iter()
         .map(|planned| {
-            let data = PrimitiveData::new(scene, planned, settings);
+            let mut data = PrimitiveData::new(scene, planned, settings);
             let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
             let indices: &[u32] = data.indices.as_flattened();
             let indices = (!indices.is_empty())
                 .then(|| uploader.buffer(&format!("{name} indices"), U::INDEX_BUFFER, indices))
                 .transpose()?;
+            let micro_mesh = match settings.baseline.filter(|_| planned.shell.is_displaced()) {
+                Some(Baseline::MicroMesh { density, culling }) => {
+                    data.prisms.clear();
+                    let mesh = MicroMesh::new(scene, planned, data.center, density)?;
+                    Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?)
+                }
+                None => None,
+            };
             let prisms = (!data.prisms.is_empty())
                 .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
                 .transpose()?;
@@ -257,6 +274,7 @@ pub fn upload(ctx: &Context, scene: &Scene, plan: &Plan, settings: &Settings) ->
                 walk,
                 extent: data.extent,
                 indices,
+                micro_mesh,
                 vertices: uploader.buffer(&format!("{name} vertices"), U::STORAGE_BUFFER, &data.vertices)?,
                 prisms,
                 material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,

@@ -1,6 +1,7 @@
 //! Shader variants: which code a draw needs, as the defines it is compiled with. What no define asks for is not in the
 //! machine code.
 
+use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::Wrap;
 use crate::settings::{March, Stage};
@@ -29,13 +30,15 @@ pub enum Geometry {
     Lids(Stage),
     /// Outlines of the prisms that a walk may begin in otherwise than through a lid or base.
     Borders(Stage),
+    /// The triangles of a [`crate::render::baseline::MicroMesh`].
+    MicroMesh,
 }
 
 impl Geometry {
     /// The stage that makes a shell; none for the base surface.
     pub fn stage(self) -> Option<Stage> {
         match self {
-            Geometry::Surface => None,
+            Geometry::Surface | Geometry::MicroMesh => None,
             Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
         }
     }
@@ -89,6 +92,7 @@ impl Variant {
         use ShaderStage as S;
         match self.geometry {
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
+            Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
             Geometry::Borders(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
             Geometry::Lids(Stage::Mesh) => &[("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
@@ -108,11 +112,17 @@ impl Variant {
         }
     }
 
+    /// Which sides of its triangles show.
+    pub fn sides(&self) -> Sides {
+        Sides { double: self.double_sided, mirrored: self.mirrored }
+    }
+
     /// The pipeline's debug name.
     pub fn name(&self) -> String {
         match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
+            (Geometry::MicroMesh, _) => "micro-mesh".into(),
             (geometry, height) => {
                 let part = match geometry {
                     Geometry::Lids(_) => "walk lids ",
@@ -143,6 +153,7 @@ impl Variant {
             flag("MARCH_TRACES", height.march.traces());
             flag("MARCH_RELIEF", height.march == March::Relief);
             flag("MARCH_EXACT", height.march == March::Exact);
+            flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);

@@ -1,0 +1,125 @@
+//! Culls a micro-mesh triangle by triangle on the GPU, into one indirect draw.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::clusters::Run;
+use crate::error::{Error, Result};
+use crate::gpu::{
+    Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, MemoryLocation, Pipeline,
+    ShaderCompiler, ShaderStage, Uploader, vk,
+};
+use crate::render::layout::{Frame, Object};
+
+/// Invocations of a workgroup; those of `baseline/micro_cull.comp`.
+const GROUP: u32 = 64;
+
+/// `VkDrawIndexedIndirectCommand` before a frame: no index yet, one instance.
+const NOTHING: [u32; 5] = [0, 1, 0, 0, 0];
+
+/// Push constants of one run of triangles.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct CullBlock {
+    clip_x: [f32; 4],
+    clip_y: [f32; 4],
+    clip_w: [f32; 4],
+    viewport: [f32; 2],
+    first_index: u32,
+    triangles: u32,
+    first_vertex: u32,
+    facing: f32,
+}
+
+/// Which sides of a primitive's triangles show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sides {
+    /// Both.
+    pub double: bool,
+    /// The transform turns winding around.
+    pub mirrored: bool,
+}
+
+/// The pass, and what it writes.
+pub struct TriangleCull {
+    pipeline: Pipeline,
+    set: DescriptorSet,
+    /// Indices of what is kept.
+    kept: Buffer,
+    command: Buffer,
+    nothing: Buffer,
+}
+
+impl TriangleCull {
+    /// For a mesh of so many triangles.
+    ///
+    /// # Errors
+    /// Buffers larger than the device's shaders can address.
+    pub fn new(
+        ctx: &Context,
+        compiler: &ShaderCompiler,
+        uploader: &mut Uploader,
+        [vertices, indices]: [&Buffer; 2],
+        triangles: usize,
+    ) -> Result<Self> {
+        use vk::BufferUsageFlags as U;
+        let bytes = 3 * size_of::<u32>() as u64 * triangles as u64;
+        let most = u64::from(ctx.limits().max_storage_buffer_range);
+        if bytes.max(vertices.size()) > most {
+            return Err(Error::unsupported(
+                format!("'{}' has no storage buffers above {most} bytes, for {triangles} triangles", ctx.device_name()),
+                "cull by cluster, or make the micro-mesh coarser",
+            ));
+        }
+        let buffer = |name: &str, size: u64, usage: U| {
+            Buffer::new(ctx, &BufferDesc { name, size, usage, location: MemoryLocation::GpuOnly })
+        };
+        let kept = buffer("micro-indices kept", bytes, U::STORAGE_BUFFER | U::INDEX_BUFFER)?;
+        let usage = U::STORAGE_BUFFER | U::INDIRECT_BUFFER | U::TRANSFER_DST;
+        let command = buffer("micro-mesh command", size_of_val(&NOTHING) as u64, usage)?;
+        let shader = compiler.compile("baseline/micro_cull.comp", ShaderStage::Compute, &[])?;
+        let pipeline = Pipeline::compute(ctx, "micro-mesh culling", &shader)?;
+        let bindings = [
+            ("micro_vertices", Binding::Buffer(vertices)),
+            ("micro_indices", Binding::Buffer(indices)),
+            ("kept", Binding::Buffer(&kept)),
+            ("command", Binding::Buffer(&command)),
+        ];
+        let set = DescriptorSet::new(ctx, &pipeline, 0, &bindings)?;
+        let nothing = uploader.buffer("micro-mesh command, empty", U::TRANSFER_SRC, &NOTHING)?;
+        Ok(TriangleCull { pipeline, set, kept, command, nothing })
+    }
+
+    /// Records the culling of `runs`, outside a pass.
+    pub fn record(&self, cmd: &mut CommandEncoder, frame: &Frame, object: &Object, sides: Sides, runs: &[Run]) {
+        cmd.buffer_barrier(&self.command, Access::INDIRECT_READ, Access::TRANSFER_DST);
+        cmd.buffer_barrier(&self.kept, Access::INDEX_READ, Access::COMPUTE_WRITE);
+        cmd.copy_buffer(&self.nothing, 0, &self.command, 0, self.nothing.size());
+        cmd.buffer_barrier(&self.command, Access::TRANSFER_DST, Access::COMPUTE_WRITE);
+        cmd.bind_pipeline(&self.pipeline);
+        cmd.bind_set(&self.pipeline, 0, &self.set);
+        for run in runs {
+            let triangles = (run.indices.end - run.indices.start) / 3;
+            let block = CullBlock {
+                clip_x: object.clip_x.to_array(),
+                clip_y: object.clip_y.to_array(),
+                clip_w: object.clip_w.to_array(),
+                viewport: [frame.viewport.x, frame.viewport.y],
+                first_index: run.indices.start,
+                triangles,
+                first_vertex: run.first_vertex,
+                // Window coordinates grow downwards, so what is counter-clockwise on screen has a negative area.
+                facing: f32::from(i8::from(!sides.double)) * if sides.mirrored { -1.0 } else { 1.0 },
+            };
+            cmd.push(&self.pipeline, &block);
+            cmd.dispatch(triangles.div_ceil(GROUP), 1, 1);
+        }
+        cmd.buffer_barrier(&self.command, Access::COMPUTE_WRITE, Access::INDIRECT_READ);
+        cmd.buffer_barrier(&self.kept, Access::COMPUTE_WRITE, Access::INDEX_READ);
+    }
+
+    /// Records the draw of what was kept.
+    pub fn draw(&self, cmd: &mut CommandEncoder) {
+        cmd.bind_index_buffer(&self.kept, vk::IndexType::UINT32);
+        cmd.draw_indexed_indirect(&self.command);
+    }
+}

@@ -1,0 +1,228 @@
+//! The displaced surface of one primitive, sampled in f64 (DESIGN section 1).
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3, Vec2};
+
+use crate::render::plan::{PlannedPrimitive, source};
+use crate::scene::{Displacement, Scene, Wrap};
+use crate::shell::prisms::displacement;
+
+/// Two sides of an edge whose heights differ by less than this, of the height range, are one surface.
+const SAME_HEIGHT: f64 = 1e-9;
+
+/// A height map in f32, at mip 0 and bilinear, as the shaders read it.
+struct Heights {
+    size: [i64; 2],
+    texels: Vec<f32>,
+    wrap: [Wrap; 2],
+}
+
+impl Heights {
+    fn new(scene: &Scene, displacement: &Displacement) -> Self {
+        let map = &scene.height_maps[displacement.map];
+        let rows = 0..map.height;
+        let texels = rows.flat_map(|y| (0..map.width).map(move |x| map.height(x, y) as f32)).collect();
+        Heights { size: [map.width, map.height].map(i64::from), texels, wrap: displacement.wrap }
+    }
+
+    fn texel(&self, at: [i64; 2]) -> f64 {
+        let wrapped = |axis: usize| {
+            let (i, n) = (at[axis], self.size[axis]);
+            match self.wrap[axis] {
+                Wrap::Repeat => i.rem_euclid(n),
+                Wrap::Clamp => i.clamp(0, n - 1),
+                Wrap::Mirror => {
+                    let i = i.rem_euclid(2 * n);
+                    i.min(2 * n - 1 - i)
+                }
+            }
+        };
+        f64::from(self.texels[(wrapped(1) * self.size[0] + wrapped(0)) as usize])
+    }
+
+    /// The height at `uv`, and its derivatives.
+    fn at(&self, uv: DVec2) -> (f64, DVec2) {
+        let size = DVec2::new(self.size[0] as f64, self.size[1] as f64);
+        let place = uv * size - 0.5;
+        let (low, between) = (place.floor(), place - place.floor());
+        let (x, y) = (low.x as i64, low.y as i64);
+        let [a, b] = [self.texel([x, y]), self.texel([x + 1, y])];
+        let [c, d] = [self.texel([x, y + 1]), self.texel([x + 1, y + 1])];
+        let lerp = |a: f64, b: f64, s: f64| a + (b - a) * s;
+        let height = lerp(lerp(a, b, between.x), lerp(c, d, between.x), between.y);
+        let slope = DVec2::new(lerp(b - a, d - c, between.y), lerp(c - a, d - b, between.x));
+        (height, slope * size)
+    }
+}
+
+/// One corner of a triangle.
+#[derive(Clone, Copy)]
+struct Corner {
+    position: DVec3,
+    /// Shell normal times r.
+    lift: DVec3,
+    /// Shading normal.
+    normal: DVec3,
+    height_uv: DVec2,
+}
+
+/// A primitive's displaced surface.
+pub struct Surface {
+    heights: Heights,
+    scale: f64,
+    midlevel: f64,
+    corners: Vec<Corner>,
+    triangles: Vec<[u32; 3]>,
+    weld: Vec<u32>,
+    uvs: Vec<Vec2>,
+    /// Welded vertex → the vertex whose height map coordinates all of them take, where that makes no difference.
+    canonical_vertex: HashMap<u32, u32>,
+    /// Welded edge, lower id first → its two vertices, to the same end.
+    canonical_edge: HashMap<[u32; 2], [u32; 2]>,
+    /// Edge of two vertices, the lower first → triangles there: their normals there are one.
+    edge_triangles: HashMap<[u32; 2], Vec<u32>>,
+    /// Vertex → triangles there.
+    vertex_triangles: Vec<Vec<u32>>,
+}
+
+impl Surface {
+    /// The surface of a planned primitive, which is displaced.
+    pub fn new(scene: &Scene, planned: &PlannedPrimitive) -> Option<Self> {
+        let primitive = source(scene, planned);
+        let mesh = &scene.meshes[planned.mesh];
+        let d = displacement(scene, primitive)?;
+        let corners = (0..primitive.positions.len())
+            .map(|v| Corner {
+                position: primitive.positions[v].as_dvec3(),
+                lift: planned.shell_normals[v].as_dvec3(),
+                normal: primitive.normals[v].as_dvec3(),
+                height_uv: planned.shell.height_uv[v].as_dvec2(),
+            })
+            .collect::<Vec<_>>();
+        let mut surface = Surface {
+            heights: Heights::new(scene, &d),
+            scale: primitive.displacement_scale,
+            midlevel: d.midlevel,
+            vertex_triangles: vec![Vec::new(); corners.len()],
+            corners,
+            triangles: primitive.triangles.clone(),
+            weld: primitive.weld.clone(),
+            uvs: primitive.uvs[d.tex_coord].clone(),
+            canonical_vertex: HashMap::new(),
+            canonical_edge: HashMap::new(),
+            edge_triangles: HashMap::new(),
+        };
+        for (t, triangle) in primitive.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let v = triangle[k];
+                surface.canonical_vertex.entry(primitive.weld[v as usize]).or_insert(v);
+                surface.vertex_triangles[v as usize].push(t as u32);
+                let edge = surface.edge([triangle[(k + 1) % 3], triangle[(k + 2) % 3]]);
+                let welded = edge.map(|v| primitive.weld[v as usize]);
+                surface.canonical_edge.entry(welded).or_insert(edge);
+                let mut unordered = edge;
+                unordered.sort_unstable();
+                surface.edge_triangles.entry(unordered).or_default().push(t as u32);
+            }
+        }
+        Some(surface)
+    }
+
+    /// Base triangles, by vertices.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Stored texture coordinates of a vertex.
+    pub fn uv(&self, vertex: u32) -> Vec2 {
+        self.uvs[vertex as usize]
+    }
+
+    /// The two vertices in the order of their welded ids.
+    pub fn edge(&self, [a, b]: [u32; 2]) -> [u32; 2] {
+        if self.weld[a as usize] <= self.weld[b as usize] { [a, b] } else { [b, a] }
+    }
+
+    fn corner(&self, vertex: u32) -> &Corner {
+        &self.corners[vertex as usize]
+    }
+
+    /// The level at a point of the height map.
+    fn level(&self, uv: DVec2) -> f64 {
+        (self.heights.at(uv).0 - self.midlevel) * self.scale
+    }
+
+    /// The level there, or at `canonical` where that is the same but for rounding: then all sides have it to the bit.
+    fn shared_level(&self, uv: DVec2, canonical: DVec2) -> f64 {
+        let (own, shared) = (self.level(uv), self.level(canonical));
+        if (own - shared).abs() <= SAME_HEIGHT * self.scale { shared } else { own }
+    }
+
+    /// The surface above a vertex; the same to the bit for all vertices welded to it, where there is no step.
+    pub fn vertex(&self, vertex: u32) -> DVec3 {
+        let corner = self.corner(vertex);
+        let canonical = self.canonical_vertex[&self.weld[vertex as usize]];
+        corner.position + self.shared_level(corner.height_uv, self.corner(canonical).height_uv) * corner.lift
+    }
+
+    /// The surface above an edge as [`Self::edge`] orders it, at share `s` of the way; the same to the bit from both
+    /// sides, where there is no step.
+    pub fn along_edge(&self, edge: [u32; 2], s: f64) -> DVec3 {
+        let [a, b] = edge.map(|v| self.corner(v));
+        let canonical = self.canonical_edge[&edge.map(|v| self.weld[v as usize])];
+        let [from, to] = canonical.map(|v| self.corner(v).height_uv);
+        let level = self.shared_level(a.height_uv.lerp(b.height_uv, s), from.lerp(to, s));
+        (a.position + level * a.lift).lerp(b.position + level * b.lift, s)
+    }
+
+    /// The surface inside a triangle.
+    pub fn inside(&self, triangle: u32, lambda: DVec3) -> DVec3 {
+        let corners = self.triangles[triangle as usize].map(|v| self.corner(v));
+        let uv = (0..3).map(|k| corners[k].height_uv * lambda[k]).sum();
+        let level = self.level(uv);
+        (0..3).map(|k| lambda[k] * (corners[k].position + level * corners[k].lift)).sum()
+    }
+
+    /// The shading normal in a triangle, unit: the height's gradient on the authored normal (DESIGN section 4).
+    pub fn normal(&self, triangle: u32, lambda: DVec3) -> DVec3 {
+        let c = self.triangles[triangle as usize].map(|v| self.corner(v));
+        let uv = (0..3).map(|k| c[k].height_uv * lambda[k]).sum();
+        let (height, slope) = self.heights.at(uv);
+        let level = (height - self.midlevel) * self.scale;
+        let at = |k: usize| c[k].position + level * c[k].lift;
+        let (e1, e2) = (at(1) - at(0), at(2) - at(0));
+        let plain = c.iter().all(|c| c.lift == DVec3::ZERO);
+        let slope = if plain { DVec2::ZERO } else { slope * self.scale };
+        let [f1, f2] = [1, 2].map(|k| slope.dot(c[k].height_uv - c[0].height_uv));
+        let authored: DVec3 = (0..3).map(|k| lambda[k] * c[k].normal).sum();
+        let authored = authored.normalize_or_zero();
+        (e1.cross(e2).length() * authored + f1 * authored.cross(e2) + f2 * e1.cross(authored)).normalize_or_zero()
+    }
+
+    /// The mean of the normals of the triangles that share an edge's two vertices, at share `s` from the first.
+    pub fn edge_normal(&self, edge: [u32; 2], s: f64) -> DVec3 {
+        let mut unordered = edge;
+        unordered.sort_unstable();
+        let weight = |v: u32| {
+            if v == edge[0] {
+                1.0 - s
+            } else if v == edge[1] {
+                s
+            } else {
+                0.0
+            }
+        };
+        self.mean_normal(&self.edge_triangles[&unordered], weight)
+    }
+
+    /// The mean of the normals of the triangles around a vertex.
+    pub fn vertex_normal(&self, vertex: u32) -> DVec3 {
+        self.mean_normal(&self.vertex_triangles[vertex as usize], |v| f64::from(u8::from(v == vertex)))
+    }
+
+    fn mean_normal(&self, triangles: &[u32], weight: impl Fn(u32) -> f64) -> DVec3 {
+        let normal = |t: &u32| self.normal(*t, DVec3::from_array(self.triangles[*t as usize].map(&weight)));
+        triangles.iter().map(normal).sum::<DVec3>().normalize_or_zero()
+    }
+}

@@ -1,0 +1,123 @@
+//! Who may compete: every setting's error is measured, none is assumed.
+
+use std::collections::BTreeMap;
+
+use prism_engine::{
+    aov::Aov,
+    error::Result,
+    measure::Metrics,
+    render::baseline::MAX_DENSITY,
+    scene::{Camera, Scene},
+    settings::{Baseline, Culling, Settings},
+    shell::reference::{Reference, Shadows},
+};
+
+use super::{
+    device::Device,
+    rounds::Rounds,
+    variants::{self, Variant},
+};
+
+/// Where the search for a density begins.
+const FIRST_DENSITY: u32 = 8;
+/// Rounds after which the fastest of our settings is known well enough to compete.
+const MAX_HEATS: u32 = 5;
+
+/// A setting with its error.
+#[derive(Clone)]
+pub struct Judged {
+    /// The setting.
+    pub variant: Variant,
+    /// Against the reference.
+    pub metrics: Metrics,
+}
+
+/// Measures settings on one view.
+pub struct Judge<'a> {
+    scene: &'a Scene,
+    camera: Camera,
+    truth: Aov,
+    densities: BTreeMap<u32, Metrics>,
+}
+
+impl<'a> Judge<'a> {
+    /// Traces the truth.
+    pub fn new(scene: &'a Scene, camera: Camera, [width, height]: [u32; 2]) -> Self {
+        let truth = Reference::new(scene).render(&camera, width, height, Shadows::Skip);
+        Judge { scene, camera, truth, densities: BTreeMap::new() }
+    }
+
+    fn metrics(&self, device: &mut Device, settings: &Settings) -> Result<Metrics> {
+        let aov = device.surface(self.scene, settings, &self.camera)?;
+        Ok(Metrics::between(&aov, &self.truth, &self.camera))
+    }
+
+    fn of_density(&mut self, device: &mut Device, density: u32) -> Result<Metrics> {
+        if let Some(known) = self.densities.get(&density) {
+            return Ok(*known);
+        }
+        let settings = Settings {
+            baseline: Some(Baseline::MicroMesh { density, culling: Culling::Clusters }),
+            ..Settings::default()
+        };
+        let metrics = self.metrics(device, &settings)?;
+        self.densities.insert(density, metrics);
+        Ok(metrics)
+    }
+
+    /// The coarsest micro-mesh whose depth error is within `error`; none where even the finest is not.
+    pub fn density(&mut self, device: &mut Device, error: f64) -> Result<Option<(u32, Metrics)>> {
+        let (mut fails, mut meets) = (0, FIRST_DENSITY);
+        while self.of_density(device, meets)?.depth_p99 > error {
+            if meets == MAX_DENSITY {
+                return Ok(None);
+            }
+            (fails, meets) = (meets, MAX_DENSITY.min(2 * meets));
+        }
+        while meets - fails > 1 {
+            let middle = fails.midpoint(meets);
+            if self.of_density(device, middle)?.depth_p99 > error { fails = middle } else { meets = middle }
+        }
+        Ok(Some((meets, self.of_density(device, meets)?)))
+    }
+
+    /// Our settings, up to the first of each list that is within `tightest`: those after it can only be slower.
+    pub fn ours(&self, device: &mut Device, tightest: f64) -> Result<Vec<Judged>> {
+        let mut all = Vec::new();
+        for list in variants::ours() {
+            for variant in list {
+                let metrics = self.metrics(device, &variant.settings)?;
+                all.push(Judged { variant, metrics });
+                if metrics.depth_p99 <= tightest {
+                    break;
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// For each error, the fastest of the settings that are within it.
+    pub fn fastest(
+        &self,
+        device: &mut Device,
+        settings: &[Judged],
+        errors: &[f64],
+        rounds: u32,
+    ) -> Result<Vec<Option<Judged>>> {
+        let widest = errors.iter().copied().fold(0.0, f64::max);
+        let within = |judged: &&Judged, error: f64| judged.metrics.depth_p99 <= error;
+        let able: Vec<&Judged> = settings.iter().filter(|judged| within(judged, widest)).collect();
+        let mut heats = Rounds::new(self.camera);
+        for judged in &able {
+            heats.add(device, &judged.variant.name, self.scene, &judged.variant.settings)?;
+        }
+        heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
+        let fastest = |error: &f64| {
+            let able = able.iter().enumerate().filter(|(_, judged)| within(judged, *error));
+            // The least: what else runs on the machine makes a frame slower, never faster.
+            let time = |i: usize| heats.least(i);
+            able.min_by(|a, b| time(a.0).total_cmp(&time(b.0))).map(|(_, judged)| (*judged).clone())
+        };
+        Ok(errors.iter().map(fastest).collect())
+    }
+}

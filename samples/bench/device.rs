@@ -1,0 +1,91 @@
+//! One device, one view: draws a variant once to be measured, or many times to be timed.
+
+use std::collections::HashMap;
+
+use prism_engine::{
+    aov::Aov,
+    error::{Error, Result},
+    gpu::{Context, ContextDesc, Feature, Frames, PassTimers, ShaderCompiler},
+    render::{self, Output, Renderer},
+    scene::{Camera, Scene},
+    settings::Settings,
+};
+
+use crate::app::{cli::BenchArgs, offscreen, offscreen::Offscreen};
+
+/// More passes than any variant has.
+const MAX_PASSES: usize = 4;
+
+/// The device and what all variants share.
+pub struct Device {
+    frames: Frames,
+    timers: PassTimers,
+    target: Offscreen,
+    compiler: ShaderCompiler,
+    /// Last, so that it outlives what was made from it.
+    pub ctx: Context,
+}
+
+impl Device {
+    /// The device that the flags name.
+    pub fn new(args: &BenchArgs) -> Result<Device> {
+        let desc = ContextDesc {
+            app: "prism bench",
+            validation: args.validation,
+            selector: args.gpu.as_deref(),
+            optional: &[Feature::MeshShader, Feature::GeometryShader],
+            ..ContextDesc::default()
+        };
+        let ctx = Context::new(&desc)?;
+        let size = args.pixels();
+        Ok(Device {
+            frames: Frames::new(&ctx, 1)?,
+            timers: PassTimers::new(&ctx, MAX_PASSES, 1)?,
+            target: Offscreen::new(&ctx, size, offscreen::FORMAT)?,
+            compiler: render::shader_compiler(args.shader_dir.as_deref())?,
+            ctx,
+        })
+    }
+
+    /// A renderer for timing: it writes the picture and nothing else.
+    pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Result<Renderer> {
+        let output = Output { color_format: offscreen::FORMAT, aov: false };
+        Renderer::new(&self.ctx, &self.compiler, scene, settings, output)
+    }
+
+    /// One frame's GPU time, milliseconds.
+    pub fn time(&mut self, renderer: &mut Renderer, camera: &Camera) -> Result<f64> {
+        let mut frame = self.frames.begin()?;
+        let slot = frame.slot();
+        self.target.prepare(&mut frame.cmd);
+        renderer.record(&mut frame.cmd, slot, camera, self.target.image(), Some(&mut self.timers))?;
+        self.frames.submit_and_wait(frame)?;
+        self.timers.resolve(slot).into_iter().map(|pass| pass.gpu_ms).sum::<Option<f64>>().ok_or_else(|| {
+            let what = format!("'{}' has no timestamps", self.ctx.device_name());
+            Error::unsupported(what, "choose another device with --gpu")
+        })
+    }
+
+    /// One frame's surface data.
+    pub fn surface(&mut self, scene: &Scene, settings: &Settings, camera: &Camera) -> Result<Aov> {
+        let output = Output { color_format: offscreen::FORMAT, aov: true };
+        let mut renderer = Renderer::new(&self.ctx, &self.compiler, scene, settings, output)?;
+        let mut frame = self.frames.begin()?;
+        let slot = frame.slot();
+        self.target.prepare(&mut frame.cmd);
+        renderer.record(&mut frame.cmd, slot, camera, self.target.image(), None)?;
+        self.frames.submit_and_wait(frame)?;
+        renderer.read_aov()
+    }
+
+    /// Bytes by name of everything on the device.
+    pub fn memory(&self) -> HashMap<String, u64> {
+        // What was dropped is destroyed when a recording ends.
+        drop(self.ctx.ticket());
+        let mut memory = HashMap::new();
+        for (name, bytes) in self.ctx.memory_report() {
+            *memory.entry(name).or_default() += bytes;
+        }
+        memory
+    }
+}

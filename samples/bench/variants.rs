@@ -1,0 +1,85 @@
+//! What takes part in the contest, as data.
+
+use prism_engine::settings::{Baseline, Culling, March, Settings, Shell};
+
+/// Our shells. A new one takes part with its name here.
+const SHELLS: &[Shell] = &[Shell::Walk, Shell::Prism];
+
+/// Our marches: linear steps in a prism, and bisections after them; each list from fast to exact, and what follows one
+/// that is exact enough is not tried.
+const MARCHES: &[(March, &[(u32, u32)])] = &[
+    (March::Exact, &[(1, 0)]),
+    (March::Relief, &[(1, 2), (1, 4), (2, 2), (2, 4), (3, 4), (4, 4), (8, 4), (8, 8), (16, 8), (32, 8)]),
+    (March::Pom, &[(1, 0), (2, 0), (3, 0), (4, 0), (6, 0), (8, 0), (12, 0), (16, 0), (32, 0), (64, 0)]),
+];
+
+/// The walk through the shell without any height lookup, to the base surface: what a march costs at least.
+const FLOOR: (Shell, March) = (Shell::Walk, March::None);
+
+/// How a micro-mesh is drawn.
+const MICRO_MESHES: &[(&str, Culling)] = &[
+    ("culled by cluster", Culling::Clusters),
+    ("culled by triangle", Culling::Triangles),
+    ("not culled", Culling::Off),
+];
+
+/// How many times faster than the micro-mesh a shell has to be, by depth error in pixel footprints.
+pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
+/// The tightest error's setting, in floors.
+pub const OVER_FLOOR: f64 = 5.0;
+/// Twice the base triangles at the same coverage.
+pub const DOUBLED: f64 = 1.3;
+/// The same detail in a map of 8 times the texels on a side.
+pub const FINE_MAP: f64 = 2.0;
+
+/// A way to draw, and what it is called.
+#[derive(Clone)]
+pub struct Variant {
+    /// As the table shows it.
+    pub name: String,
+    /// As the renderer takes it.
+    pub settings: Settings,
+}
+
+/// Every setting of ours: for each shell and march a list from fast to exact.
+pub fn ours() -> Vec<Vec<Variant>> {
+    let settings = |shell: Shell, march: March, (steps, refine): (u32, u32)| {
+        let name = match march {
+            March::Exact => format!("{shell} {march}"),
+            March::Relief => format!("{shell} {march} {steps}+{refine}"),
+            _ => format!("{shell} {march} {steps}"),
+        };
+        let settings =
+            Settings { shell, march, min_steps: steps, max_steps: steps, refine_steps: refine, ..Settings::default() };
+        Variant { name, settings }
+    };
+    let mut lists = Vec::new();
+    for shell in SHELLS {
+        for (march, steps) in MARCHES {
+            lists.push(steps.iter().map(|steps| settings(*shell, *march, *steps)).collect());
+        }
+    }
+    lists
+}
+
+/// Every way to draw a micro-mesh of a density.
+pub fn micro_meshes(density: u32) -> Vec<Variant> {
+    let variant = |(way, culling): &(&str, Culling)| Variant {
+        name: format!("micro-mesh {density}, {way}"),
+        settings: Settings {
+            baseline: Some(Baseline::MicroMesh { density, culling: *culling }),
+            ..Settings::default()
+        },
+    };
+    MICRO_MESHES.iter().map(variant).collect()
+}
+
+/// The floors: a name for the row, and the variant where this build has it.
+pub fn floors() -> [(&'static str, Option<Variant>); 2] {
+    let walk = Settings { shell: FLOOR.0, march: FLOOR.1, ..Settings::default() };
+    let normal = Settings { shell: Shell::Off, march: March::Normal, ..Settings::default() };
+    [
+        ("floor: the walk without height lookups", Some(Variant { name: "walk, no lookups".into(), settings: walk })),
+        ("floor: normal-mapped base surface", Some(Variant { name: "off normal".into(), settings: normal })),
+    ]
+}
