@@ -90,7 +90,6 @@ impl Surface {
     /// The surface of a planned primitive, which is displaced.
     pub fn new(scene: &Scene, planned: &PlannedPrimitive) -> Option<Self> {
         let primitive = source(scene, planned);
-        let mesh = &scene.meshes[planned.mesh];
         let d = displacement(scene, primitive)?;
         let corners = (0..primitive.positions.len())
             .map(|v| Corner {
