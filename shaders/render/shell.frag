@@ -6,10 +6,7 @@
 // The pixel's ray in one prism: exact interval, march, depth of the hit.
 #include "render/interface.glsl"
 
-layout(set = 1, binding = 3) uniform sampler2D height_map;
-#define HEIGHT_MAP height_map
-#include "shell/height.glsl"
-#include "render/pyramid_access.glsl"
+#include "render/height_field.glsl"
 #include "shell/prism.glsl"
 #include "shell/march.glsl"
 #include "render/shell_shade.glsl"
@@ -51,7 +48,7 @@ void main() {
     settings.min_steps = int(material.march.x);
     settings.max_steps = int(material.march.y);
     settings.refine_steps = int(material.march.z);
-    settings.map_size = vec2(textureSize(height_map, 0));
+    settings.map_size = height_size();
     settings.two_sided = (material.march.w & 1u) != 0u;
     settings.step_limit = int(material.march.w >> 1);
 

@@ -1,7 +1,8 @@
 // Bilinear heights in f32, with the texels chosen by the shader: the sampler's own filter works in 8-bit fractions.
 //
 // The including shader defines HEIGHT_MAP (a sampler2D) and HEIGHT_WRAP_U, HEIGHT_WRAP_V (0 repeat, 1 mirror, 2 clamp),
-// or gives its own `height_at` and `height_gradient`, e.g. of a procedure, and does not include this file.
+// or gives its own `height_at`, `height_gradient` and `height_size`, as shell/procedures.glsl does, and does not include
+// this file.
 #ifndef SHELL_HEIGHT_GLSL
 #define SHELL_HEIGHT_GLSL
 
@@ -32,6 +33,11 @@ vec4 height_texels(vec2 uv, int lod, out vec2 between, out vec2 size) {
     vec2 low = floor(at);
     between = at - low;
     return height_cell(ivec2(low), lod);
+}
+
+// Texels of the map: what is smaller than one is of no account to a march with steps.
+vec2 height_size() {
+    return vec2(textureSize(HEIGHT_MAP, 0));
 }
 
 // The height in [0, 1] at `uv`. Four texel fetches.

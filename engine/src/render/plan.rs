@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::variant::{Geometry, Height, Variant};
-use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
+use crate::scene::{Displacement, HeightSource, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{certificate, prisms, prisms::ShellGeometry};
 
@@ -151,6 +151,10 @@ fn plan_draws(
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
     let traces = !shell && settings.march.traces();
     Height {
+        procedure: match displacement.source {
+            HeightSource::Map(_) => None,
+            HeightSource::Procedure(procedure) => Some(procedure),
+        },
         wrap: displacement.wrap,
         march: settings.march,
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,

@@ -14,7 +14,7 @@ use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
-use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
+use crate::scene::{Displacement, HeightMap, HeightSource, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
@@ -47,10 +47,9 @@ impl Images {
                     entry.insert(sampler(ctx, texture.sampler)?);
                 }
             }
-            if let (Some(_), Some(displacement)) = (draw.variant.height, material.displacement) {
-                if let Entry::Vacant(entry) = self.heights.entry(displacement.map) {
-                    let map = &scene.height_maps[displacement.map];
-                    entry.insert(upload_height(ctx, &mut uploader, scene, map)?);
+            if let (Some(_), Some(map)) = (draw.variant.height, height_map(material.displacement)) {
+                if let Entry::Vacant(entry) = self.heights.entry(map) {
+                    entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
                 }
                 if self.height_sampler.is_none() {
                     let desc = SamplerDesc {
@@ -66,13 +65,13 @@ impl Images {
         uploader.finish()?;
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
-            let (Some(height), Some(displacement)) = (draw.variant.height, material.displacement) else { continue };
+            let (Some(height), Some(map)) = (draw.variant.height, height_map(material.displacement)) else { continue };
             if height.march != March::Exact {
                 continue;
             }
-            let key = (displacement.map, height.wrap);
+            let key = (map, height.wrap);
             if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(displacement.map);
+                let (image, sampler) = self.height(map);
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
             }
@@ -97,13 +96,21 @@ impl Images {
                 Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
             })
             .collect();
-        if let (Some(height), Some(displacement)) = (variant.height, material.displacement) {
-            let (image, sampler) = self.height(displacement.map);
+        if let (Some(height), Some(map)) = (variant.height, height_map(material.displacement)) {
+            let (image, sampler) = self.height(map);
             bindings.push(("height_map", Binding::Image(image, sampler)));
-            let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
+            let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
         }
         bindings
+    }
+}
+
+/// The map that a displacement reads; a procedure reads none.
+fn height_map(displacement: Option<Displacement>) -> Option<usize> {
+    match displacement?.source {
+        HeightSource::Map(map) => Some(map),
+        HeightSource::Procedure(_) => None,
     }
 }
 

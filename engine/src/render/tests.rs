@@ -4,7 +4,7 @@ use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 
 use super::*;
 use crate::gpu::{ContextDesc, run_once};
-use crate::scene::{Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Wrap};
+use crate::scene::{Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Wrap};
 use crate::settings::{March, Validation};
 use crate::shell::reference::{Reference, Shadows};
 
@@ -35,7 +35,7 @@ fn scene() -> Scene {
         alpha_cutoff: None,
         double_sided: false,
         displacement: Some(Displacement {
-            map: 0,
+            source: HeightSource::Map(0),
             wrap: [Wrap::Repeat; 2],
             tex_coord: 0,
             transform: DAffine2::IDENTITY,

@@ -2,7 +2,7 @@
 //! machine code.
 
 use crate::gpu::ShaderStage;
-use crate::scene::Wrap;
+use crate::scene::{Procedure, Wrap};
 use crate::settings::{March, Stage};
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
@@ -22,9 +22,11 @@ pub enum Geometry {
     Shell(Stage),
 }
 
-/// The height map's part in a variant.
+/// The height field's part in a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Height {
+    /// The function that gives the heights; none where a map does.
+    pub procedure: Option<Procedure>,
     /// Wrap of u and v.
     pub wrap: [Wrap; 2],
     /// The search.
@@ -46,7 +48,7 @@ pub struct Variant {
     pub geometry: Geometry,
     /// UV set of each texture that the material has.
     pub textures: [Option<u8>; 5],
-    /// Height map, if the draw reads one.
+    /// Height field, if the draw reads one.
     pub height: Option<Height>,
     /// alphaMode MASK.
     pub alpha_mask: bool,
@@ -109,7 +111,10 @@ impl Variant {
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("COUNT_LIMITS", height.count_limits);
-            defines.extend(wrap_defines(height.wrap));
+            match height.procedure {
+                Some(procedure) => defines.push(procedure_define(procedure)),
+                None => defines.extend(wrap_defines(height.wrap)),
+            }
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
             if let Some(set) = set {
@@ -118,6 +123,11 @@ impl Variant {
         }
         defines
     }
+}
+
+/// Which function gives the heights, as `shaders/shell/procedures.glsl` wants to know it.
+pub fn procedure_define(procedure: Procedure) -> (&'static str, String) {
+    ("HEIGHT_PROCEDURE", format!("PROCEDURE_{}", procedure.name().to_uppercase()))
 }
 
 /// How the height map wraps, as `shaders/shell/height.glsl` wants to know it.

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::{DVec2, Vec2};
 
-use super::bounds::HeightBounds;
-use crate::scene::{Displacement, Mesh, Primitive, Scene, Wrap};
+use super::bounds::FieldBounds;
+use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Scene, Wrap};
 
 /// How the surface goes on across a wall. The numbers are those of `shaders/shell/march.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
     let uvs: Vec<Vec<Vec2>> =
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
     let edges = edges(mesh);
-    let mut bounds: HashMap<(usize, [Wrap; 2]), HeightBounds> = HashMap::new();
+    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
     let ranges: Vec<Vec<[f64; 2]>> = mesh
         .primitives
@@ -115,8 +115,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             let Some(d) = displacement(scene, primitive) else {
                 return Vec::new();
             };
-            let bounds =
-                bounds.entry((d.map, d.wrap)).or_insert_with(|| HeightBounds::new(&scene.height_maps[d.map], d.wrap));
+            let bounds = bounds.entry((d.source, d.wrap)).or_insert_with(|| FieldBounds::new(scene, &d));
             let level = |h: f32| (f64::from(h) - d.midlevel) * primitive.displacement_scale;
             let range = |triangle: &[u32; 3]| {
                 let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());
@@ -198,7 +197,7 @@ fn padded([low, high]: [f64; 2], scale: f64) -> [f64; 2] {
 fn same_field(scene: &Scene, a: &Primitive, b: &Primitive) -> bool {
     a.displacement_scale == b.displacement_scale
         && match (displacement(scene, a), displacement(scene, b)) {
-            (Some(a), Some(b)) => a.map == b.map && a.wrap == b.wrap && a.midlevel == b.midlevel,
+            (Some(a), Some(b)) => a.source == b.source && a.wrap == b.wrap && a.midlevel == b.midlevel,
             _ => false,
         }
 }
