@@ -1,0 +1,190 @@
+//! Procedural heights: the GLSL against its f64 twin, and the exact march under them against the reference.
+
+mod rig;
+
+use glam::{DAffine2, DVec2};
+use prism_engine::{
+    gpu::{
+        Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline,
+        ShaderStage, Uploader, run_once, vk,
+    },
+    measure::Metrics,
+    render::{self, variant::procedure_define},
+    scene::{HeightSource, Procedure, Scene, Wrap},
+    settings::Shell,
+    shell::reference::{Reference, Shadows},
+};
+use rig::{Rig, STAGES};
+
+/// Boxes of each procedure.
+const BOXES: usize = 1 << 15;
+/// Invocations of a workgroup of the shader.
+const GROUP: u32 = 64;
+/// What f32 may be off, where |uv| is at most 2; the heights' slopes are up to 100.
+const HEIGHT_ERROR: f64 = 1e-6;
+/// Share of a slope of 1 in the whole range.
+const GRADIENT_ERROR: f64 = 1e-4;
+
+/// Numbers in [0, 1) in an order that looks random, the same each time (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Boxes of all sizes, low and high corner, each side by itself; a few are points.
+fn boxes() -> Vec<[f32; 4]> {
+    let mut random = Random(1);
+    let mut side = |low: f32| {
+        let size = if random.next() < 0.05 { 0.0 } else { (-24.0 * random.next()).exp2() };
+        (low + size as f32).min(2.0)
+    };
+    let mut place = Random(2);
+    (0..BOXES)
+        .map(|_| {
+            let low = [0, 1].map(|_| (4.0 * place.next() - 2.0) as f32);
+            [low[0], low[1], side(low[0]), side(low[1])]
+        })
+        .collect()
+}
+
+/// Height and gradient at a box's low corner, the least of a grid in it less the bounds' slope, the bounds over it and
+/// their slope, the greatest of the grid, and three words of padding.
+type Answer = [f32; 12];
+
+fn ask(procedure: Procedure, boxes: &[[f32; 4]]) -> Vec<Answer> {
+    let ctx = Context::new(&ContextDesc { app: "prism tests", ..ContextDesc::default() }).expect("a device");
+    let shaders = std::env::var_os("PRISM_SHADERS");
+    let mut compiler = render::shader_compiler(shaders.as_deref().map(std::path::Path::new)).expect("a compiler");
+    compiler.provide("tests/procedures.comp", include_str!("rig/procedures.comp").to_owned());
+    let shader = compiler.compile("tests/procedures.comp", ShaderStage::Compute, &[procedure_define(procedure)]);
+    let pipeline = Pipeline::compute(&ctx, procedure.name(), &shader.unwrap_or_else(|error| panic!("{error}")));
+    let pipeline = pipeline.expect("a pipeline");
+    let mut uploader = Uploader::new(&ctx).expect("an uploader");
+    let from = uploader.buffer("boxes", vk::BufferUsageFlags::STORAGE_BUFFER, boxes).expect("a buffer");
+    uploader.finish().expect("uploaded");
+    let desc = BufferDesc {
+        name: "answers",
+        size: (boxes.len() * size_of::<Answer>()) as u64,
+        usage: vk::BufferUsageFlags::STORAGE_BUFFER,
+        location: MemoryLocation::GpuToCpu,
+    };
+    let to = Buffer::new(&ctx, &desc).expect("a buffer");
+    let bindings = [("boxes", Binding::Buffer(&from)), ("results", Binding::Buffer(&to))];
+    let set = DescriptorSet::new(&ctx, &pipeline, 0, &bindings).expect("a set");
+    run_once(&ctx, |cmd| {
+        cmd.bind_pipeline(&pipeline);
+        cmd.bind_set(&pipeline, 0, &set);
+        cmd.dispatch((boxes.len() as u32).div_ceil(GROUP), 1, 1);
+        cmd.buffer_barrier(&to, Access::COMPUTE_WRITE, Access::HOST_READ);
+        Ok(())
+    })
+    .expect("run");
+    ctx.check_validation().expect("no message");
+    to.read().expect("the answers")
+}
+
+#[test]
+fn the_glsl_is_the_f64_twin_and_its_bounds_hold() {
+    let boxes = boxes();
+    for procedure in Procedure::ALL {
+        let answers = ask(procedure, &boxes);
+        let (mut worst, mut slopes, mut creases, mut tight, mut total) = (0.0f64, 0.0f64, 0, 0, 0);
+        for (corners, answer) in boxes.iter().zip(&answers) {
+            let [low, high] = [0, 2].map(|i| DVec2::new(corners[i].into(), corners[i + 1].into()));
+            // As f32 has it.
+            let middle = [0, 1].map(|i| f64::from(corners[i] + 0.5 * (corners[i + 2] - corners[i])));
+            let [height, du, dv, grid_least, least, greatest, bu, bv, grid_greatest, ..] = answer.map(f64::from);
+            worst = worst.max((height - procedure.height(low)).abs());
+            let off = (DVec2::new(du, dv) - procedure.gradient(low)).length();
+            // The last bit decides the side of a crease.
+            if off > 1.0 {
+                creases += 1
+            } else {
+                slopes = slopes.max(off)
+            }
+            assert!(least <= grid_least && grid_greatest <= greatest, "{procedure:?} {low} {high}: {answer:?}");
+            for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
+                let at = low + (high - low) * DVec2::new(f64::from(i), f64::from(j)) / 8.0;
+                let h = procedure.height(at) - DVec2::new(bu, bv).dot(at - DVec2::from(middle));
+                assert!(least <= h && h <= greatest, "{procedure:?} {low} {high}: {h}, {answer:?}");
+            }
+            // Away from creases they close in with the square of the box.
+            let size = (high - low).max_element();
+            if size < 1e-2 {
+                total += 1;
+                tight += u32::from(greatest - least < 4e-6 + 6e4 * size * size);
+            }
+        }
+        println!(
+            "{procedure:?}: heights within {worst:.1e}, gradients {slopes:.1e}, {creases} at creases; bounds of {tight} of \
+             {total} small boxes are of second order"
+        );
+        assert!(f64::from(tight) > 0.95 * f64::from(total), "{procedure:?}: {tight} of {total}");
+        assert!(worst <= HEIGHT_ERROR && slopes <= GRADIENT_ERROR, "{procedure:?}: {worst} {slopes}");
+        assert!(creases <= 2, "{procedure:?}: {creases}");
+    }
+}
+
+/// 99 % of the pixels are this near to the truth, in pixel footprints.
+const DEPTH_P99: f64 = 0.05;
+/// Share of the pixels that may be off by more than a footprint.
+const ABOVE_1: f64 = 1e-4;
+/// Pixels that one picture alone covers, per covered pixel.
+const COVERAGE: f64 = 2e-4;
+
+/// A scene with every displacement taken from a procedure.
+fn with(procedure: Procedure, mut scene: Scene) -> Scene {
+    for displacement in scene.materials.iter_mut().filter_map(|m| m.displacement.as_mut()) {
+        displacement.source = HeightSource::Procedure(procedure);
+        displacement.wrap = [Wrap::Repeat; 2];
+        displacement.transform = DAffine2::IDENTITY;
+    }
+    scene
+}
+
+fn judge(rig: &Rig, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
+    let camera = scene.camera.expect("the assets have cameras");
+    let truth = Reference::new(scene).render(&camera, width, height, Shadows::Skip);
+    for stage in STAGES {
+        let mut easel = rig.easel(scene, &rig::exact(Shell::Prism, stage), [width, height]);
+        easel.assert_stage(stage);
+        let test = easel.draw(&camera);
+        let m = Metrics::between(&test, &truth, &camera);
+        println!(
+            "{name} {stage}: {} pixels, p99 {:.1e}, above 1 {:.1e}, coverage {:.1e}, normal p99 {:.1e}, limits {}",
+            m.covered,
+            m.depth_p99,
+            m.depth_above_1,
+            m.coverage_differs,
+            m.normal_p99,
+            easel.limits_reached()
+        );
+        for line in rig::worst::lines(&test, &truth, &camera, rig::worst::asked()) {
+            println!("{line}");
+        }
+        assert!(m.covered > 3000 && m.nan_count == 0, "{name} {stage}: {m:?}");
+        assert!(m.depth_p99 <= DEPTH_P99 && m.depth_above_1 <= ABOVE_1, "{name} {stage}: {m:?}");
+        assert!(m.coverage_differs <= COVERAGE, "{name} {stage}: {m:?}");
+        assert!(m.normal_p99 <= 0.05, "{name} {stage}: {m:?}");
+        assert_eq!(easel.limits_reached(), 0, "{name} {stage}");
+    }
+}
+
+#[test]
+fn every_procedure_meets_the_figures_on_hard_scenes() {
+    let rig = Rig::new();
+    for procedure in Procedure::ALL {
+        // Fine prisms, large ones with steps at their edges, an open sheet seen from both sides, seams at every edge.
+        for name in ["torus", "cube", "cloth", "stability_seams"] {
+            let scene = with(procedure, rig::asset(&format!("{name}.gltf")));
+            judge(&rig, &format!("{name} of {}", procedure.name()), &scene, [160, 90]);
+        }
+    }
+}
