@@ -4,6 +4,7 @@ mod rig;
 
 use glam::{DAffine2, DVec2};
 use prism_engine::{
+    aov::Aov,
     gpu::{
         Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline,
         ShaderStage, Uploader, run_once, vk,
@@ -11,7 +12,7 @@ use prism_engine::{
     measure::Metrics,
     render::{self, variant::procedure_define},
     scene::{HeightSource, Procedure, Scene, Wrap},
-    settings::Shell,
+    settings::{March, Settings, Shell},
     shell::reference::{Reference, Shadows},
 };
 use rig::{Rig, STAGES};
@@ -185,6 +186,104 @@ fn every_procedure_meets_the_figures_on_hard_scenes() {
         for name in ["torus", "cube", "cloth", "stability_seams"] {
             let scene = with(procedure, rig::asset(&format!("{name}.gltf")));
             judge(&rig, &format!("{name} of {}", procedure.name()), &scene, [160, 90]);
+        }
+    }
+}
+
+#[test]
+fn the_scene_of_all_procedures_meets_the_figures() {
+    let scene = rig::asset("procedural.gltf");
+    assert!(scene.height_maps.is_empty() && scene.images.is_empty());
+    judge(&Rig::new(), "procedural", &scene, [240, 135]);
+}
+
+/// Relief with many fine steps, which reads the heights only.
+#[test]
+fn the_marches_with_steps_go_through_the_same_hook() {
+    let rig = Rig::new();
+    for procedure in Procedure::ALL {
+        let scene = with(procedure, rig::asset("torus.gltf"));
+        let camera = scene.camera.expect("the assets have cameras");
+        let truth = Reference::new(&scene).render(&camera, 160, 90, Shadows::Skip);
+        for (march, stray) in [(March::Relief, 2e-3), (March::Pom, 1e-2)] {
+            let settings = Settings { march, min_steps: 64, max_steps: 64, ..rig::exact(Shell::Prism, STAGES[0]) };
+            let settings = Settings { count_limits: false, ..settings };
+            let m = Metrics::between(&rig.easel(&scene, &settings, [160, 90]).draw(&camera), &truth, &camera);
+            println!("{procedure:?} {march}: {m:?}");
+            assert!(m.depth_p99 <= 0.05 && m.depth_above_1 <= stray && m.coverage_differs <= stray, "{march}: {m:?}");
+        }
+    }
+}
+
+/// Detail that lies under a flat base surface is where the tangent plane's ray is exact.
+#[test]
+fn the_base_surface_of_a_plane_shows_them_exactly() {
+    let rig = Rig::new();
+    for procedure in Procedure::ALL {
+        let scene = with(procedure, rig::asset("plane.gltf"));
+        let camera = scene.camera.expect("the assets have cameras");
+        let mut truth = Reference::new(&scene).render(&camera, 160, 90, Shadows::Skip);
+        let mut easel = rig.easel(&scene, &rig::exact(Shell::Off, STAGES[0]), [160, 90]);
+        let mut test = easel.draw(&camera);
+        // At the sheet's borders the true ray may leave it, the tangent plane has none.
+        let inner =
+            |aov: &Aov, i: usize| aov.depth[i].is_finite() && aov.uv[i].iter().all(|c| (0.12..=0.88).contains(c));
+        for i in 0..truth.depth.len() {
+            if !inner(&truth, i) && !inner(&test, i) {
+                (truth.depth[i], test.depth[i]) = (f32::INFINITY, f32::INFINITY);
+            }
+        }
+        let m = Metrics::between(&test, &truth, &camera);
+        println!("{procedure:?}: {m:?}");
+        assert!(m.covered > 1500 && easel.limits_reached() == 0, "{m:?}");
+        assert!(m.depth_p99 <= DEPTH_P99 && m.depth_above_1 <= 1e-3 && m.coverage_differs <= 1e-3, "{m:?}");
+    }
+}
+
+/// Names of variables and types in a shader's code, and the bits of its constants of one word.
+fn names_and_constants(spirv: &[u32]) -> (Vec<String>, Vec<u32>) {
+    const OP_NAME: u32 = 5;
+    const OP_CONSTANT: u32 = 43;
+    let (mut at, mut names, mut constants) = (5, Vec::new(), Vec::new());
+    while at < spirv.len() {
+        let words = (spirv[at] >> 16) as usize;
+        match spirv[at] & 0xffff {
+            OP_NAME => {
+                let bytes = spirv[at + 2..at + words].iter().flat_map(|word| word.to_le_bytes());
+                let bytes = bytes.take_while(|byte| *byte != 0).collect();
+                names.push(String::from_utf8(bytes).expect("UTF-8"));
+            }
+            OP_CONSTANT => constants.push(spirv[at + 3]),
+            _ => {}
+        }
+        at += words;
+    }
+    (names, constants)
+}
+
+#[test]
+fn no_map_is_bound_for_a_procedure_and_no_other_is_in_its_code() {
+    let rig = Rig::new();
+    let code = |scene: &Scene| {
+        let easel = rig.easel(scene, &rig::exact(Shell::Prism, STAGES[0]), [16, 16]);
+        let shaders = easel.shell_shaders();
+        let parts: Vec<_> = shaders.iter().map(|shader| names_and_constants(&shader.spirv)).collect();
+        let (names, constants): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        (names.concat(), constants.concat())
+    };
+    // A number of its own in each one's code: a crown's height, the texels of the nominal map, a phase.
+    let marks = [(Procedure::Bricks, 0.84f32), (Procedure::Cobbles, 128.0), (Procedure::Waves, 0.703_125)];
+    let maps = ["height_map", "PyramidBlock"];
+    let map = rig::asset("torus.gltf");
+    let (names, constants) = code(&map);
+    assert!(maps.iter().all(|map| names.iter().any(|name| name == map)), "{names:?}");
+    assert!(marks.iter().all(|(_, mark)| !constants.contains(&mark.to_bits())), "{constants:x?}");
+    for procedure in Procedure::ALL {
+        let (names, constants) = code(&with(procedure, map.clone()));
+        assert!(!names.iter().any(|name| maps.contains(&name.as_str())), "{procedure:?}: {names:?}");
+        for (other, mark) in marks {
+            let has = constants.contains(&mark.to_bits());
+            assert_eq!(has, other == procedure, "{procedure:?} with the code of {other:?}: {constants:x?}");
         }
     }
 }
