@@ -182,8 +182,9 @@ fn judge(rig: &Rig, name: &str, scene: &Scene, [width, height]: [u32; 2]) {
 fn every_procedure_meets_the_figures_on_hard_scenes() {
     let rig = Rig::new();
     for procedure in Procedure::ALL {
-        // Fine prisms, large ones with steps at their edges, an open sheet seen from both sides, seams at every edge.
-        for name in ["torus", "cube", "cloth", "stability_seams"] {
+        // Fine prisms, large ones with steps at their edges, an open sheet seen from both sides, seams at every edge,
+        // short ways through many slivers.
+        for name in ["torus", "cube", "cloth", "stability_seams", "stability_slivers"] {
             let scene = with(procedure, rig::asset(&format!("{name}.gltf")));
             judge(&rig, &format!("{name} of {}", procedure.name()), &scene, [160, 90]);
         }

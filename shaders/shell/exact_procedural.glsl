@@ -4,8 +4,8 @@
 // slope. The levels less that slope are a rational cubic along the piece, within the span of its control points; where
 // the two spans are apart the piece is clear, and the next one is twice as long; else it is a quarter. A piece is too small
 // for bounds where the spans together are below RESOLUTION of the height range, or below what the rounding of its UVs makes
-// of the slope, and where it is LEAST_STEP long: there the sign at its end decides, so a graze that dips in by less can be
-// missed, and no other. The cells of the curve are the texels of a map of height_size(); powers of two, so that f32 turns
+// of the heights, and where it is LEAST_STEP long: there the sign at its end decides, so a graze that dips in by less can
+// be missed, and no other. The cells of the curve are the texels of a map of height_size(); powers of two, so that f32 turns
 // them into UV without rounding.
 //
 // Needs height_at, height_bounds_uv and height_size of shell/procedures.glsl.
@@ -94,8 +94,11 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             step *= 2.0;
             continue;
         }
-        float span = levels.y - levels.x + surface.y - surface.x;
-        if (span > RESOLUTION * abs(field.scale) + 4.0 * rounding && step > LEAST_STEP) {
+        float level_span = levels.y - levels.x, surface_span = surface.y - surface.x;
+        // At a crease the bounds know the slope of one side only; there the box itself says when it is all rounding.
+        bool tiny = level_span + surface_span <= RESOLUTION * abs(field.scale) + 4.0 * rounding ||
+            (level_span <= surface_span && all(lessThanEqual(high - low, room)));
+        if (!tiny && step > LEAST_STEP) {
             // By the step, not by q - p, which its rounding can make a longer one for ever.
             step = max(0.25 * min(step, q - p), LEAST_STEP);
             continue;
