@@ -124,8 +124,8 @@ fn the_glsl_is_the_f64_twin_and_its_bounds_hold() {
             }
         }
         println!(
-            "{procedure:?}: heights within {worst:.1e}, gradients {slopes:.1e}, {creases} at creases; bounds of {tight} of \
-             {total} small boxes are of second order"
+            "{procedure:?}: heights within {worst:.1e}, gradients {slopes:.1e}, {creases} at creases; bounds of \
+             {tight} of {total} small boxes are of second order"
         );
         assert!(f64::from(tight) > 0.95 * f64::from(total), "{procedure:?}: {tight} of {total}");
         assert!(worst <= HEIGHT_ERROR && slopes <= GRADIENT_ERROR, "{procedure:?}: {worst} {slopes}");

@@ -1,12 +1,13 @@
-// The exact march under a procedural height: the first point where the ray's curve leaves the side of the field it is on.
+// The exact march under a procedural height: the first point where the ray's curve leaves the side of the field it is
+// on.
 //
 // A piece of the curve lies in the box of its three control points, over which the procedure bounds its heights less a
 // slope. The levels less that slope are a rational cubic along the piece, within the span of its control points; where
-// the two spans are apart the piece is clear, and the next one is twice as long; else it is a quarter. A piece is too small
-// for bounds where the spans together are below RESOLUTION of the height range, or below what the rounding of its UVs makes
-// of the heights, and where it is LEAST_STEP long: there the sign at its end decides, so a graze that dips in by less can
-// be missed, and no other. The cells of the curve are the texels of a map of height_size(); powers of two, so that f32 turns
-// them into UV without rounding.
+// the two spans are apart the piece is clear, and the next one is twice as long; else it is a quarter. A piece is too
+// small for bounds where the spans together are below RESOLUTION of the height range, or below what the rounding of its
+// UVs makes of the heights, and where it is LEAST_STEP long: there the sign at its end decides, so a graze that dips in
+// by less can be missed, and no other. The cells of the curve are the texels of a map of height_size(); powers of two,
+// so that f32 turns them into UV without rounding.
 //
 // Needs height_at, height_bounds_uv and height_size of shell/procedures.glsl.
 #ifndef SHELL_EXACT_PROCEDURAL_GLSL
@@ -17,7 +18,8 @@
 // Of the height range, the bounds' padding included.
 const float RESOLUTION = 4.0 * HEIGHT_PAD;
 
-// UV of the curve's cell (0, 0), in cells; whole periods are of no account, and the nearer to 0, the more bits are left.
+// UV of the curve's cell (0, 0), in cells; whole periods are of no account, and the nearer to 0, the more bits are
+// left.
 vec2 curve_offset(Curve curve) {
     ivec2 size = ivec2(height_size());
     return vec2(((curve.origin + size / 2) & (size - 1)) - size / 2) + 0.5;
@@ -48,8 +50,8 @@ float refined_root(Curve curve, Field field, vec2 offset, float a, float b) {
     return fa <= 0.0 ? a : fb >= 0.0 ? b : clamp(a + (b - a) * fa / (fa - fb), a, b);
 }
 
-// Least and greatest of t - slope . (cells - middle) over the piece [p, q] with control points x / y and weights w: times
-// the denominator it is a cubic, whose control points over those of the denominator bound the quotient.
+// Least and greatest of t - slope . (cells - middle) over the piece [p, q] with control points x / y and weights w:
+// times the denominator it is a cubic, whose control points over those of the denominator bound the quotient.
 vec2 levels_less(Curve curve, vec2 slope, vec2 middle, vec3 x, vec3 y, vec3 w, float p, float q) {
     vec3 less = w * (slope.x * (x - middle.x) + slope.y * (y - middle.y));
     float a = level_at(curve, p), b = level_at(curve, q);

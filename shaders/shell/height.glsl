@@ -1,8 +1,8 @@
 // Bilinear heights in f32, with the texels chosen by the shader: the sampler's own filter works in 8-bit fractions.
 //
 // The including shader defines HEIGHT_MAP (a sampler2D) and HEIGHT_WRAP_U, HEIGHT_WRAP_V (0 repeat, 1 mirror, 2 clamp),
-// or gives its own `height_at`, `height_gradient` and `height_size`, as shell/procedures.glsl does, and does not include
-// this file.
+// or gives its own `height_at`, `height_gradient` and `height_size`, as shell/procedures.glsl does, and does not
+// include this file.
 #ifndef SHELL_HEIGHT_GLSL
 #define SHELL_HEIGHT_GLSL
 

@@ -1,5 +1,5 @@
-// Bricks in running bond, 4 bricks by 8 courses in a UV unit, the joints at height 0: see scene/procedure/bricks.rs, whose
-// names these are. A brick's own coordinates are in courses from its middle, 3 by 1.
+// Bricks in running bond, 4 bricks by 8 courses in a UV unit, the joints at height 0: see scene/procedure/bricks.rs,
+// whose names these are. A brick's own coordinates are in courses from its middle, 3 by 1.
 #ifndef SHELL_BRICKS_GLSL
 #define SHELL_BRICKS_GLSL
 
@@ -94,8 +94,8 @@ vec4 height_bounds_uv(vec2 low, vec2 high) {
     vec2 bounds = vec2(brick_share(deepest) * (BRICK_CROWN.x - most),
                        brick_share(shallowest) * (BRICK_CROWN.x + BRICK_CROWN.y + most));
     vec2 slope = vec2(0.0);
-    // Taylor's expansion about the middle. The height has slopes everywhere; they change by the share's second derivative,
-    // 6 / BEVEL^2 at most and across the bevel only, and by the tilt times its first, 1.5 / BEVEL.
+    // Taylor's expansion about the middle. The height has slopes everywhere; they change by the share's second
+    // derivative, 6 / BEVEL^2 at most and across the bevel only, and by the tilt times its first, 1.5 / BEVEL.
     vec2 reach = box_reach(low, high) * BRICK_SIZE * BRICK_COUNT;
     vec2 into = mix(vec2(0.0), reach / BRICK_BEVEL, greaterThan(brick_into_bevel(vec2(across.x, along.x)), vec2(0.0)));
     float room = 3.0 * dot(into, into) + 1.5 * length(into) * dot(BRICK_TILT, reach);

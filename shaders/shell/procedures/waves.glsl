@@ -1,4 +1,5 @@
-// Waves: a sum of six sines, each with a whole number of waves per UV unit along both axes; see scene/procedure/waves.rs.
+// Waves: a sum of six sines, each with a whole number of waves per UV unit along both axes; see
+// scene/procedure/waves.rs.
 #ifndef SHELL_WAVES_GLSL
 #define SHELL_WAVES_GLSL
 

@@ -10,8 +10,8 @@ const COUNT: f64 = 8.0;
 const PLACE: [f64; 2] = [0.25, 0.5];
 /// Height of its middle: at least, and how much more.
 const TOP: [f64; 2] = [0.75, 0.25];
-/// How much lower it is one cell away. A stone so reaches less than 0.71 of a cell, and any stone that is two cells from a
-/// point's own is 1.25 away.
+/// How much lower it is one cell away. A stone so reaches less than 0.71 of a cell, and any stone that is two cells
+/// from a point's own is 1.25 away.
 const DROP: f64 = 2.0;
 
 /// One stone: its middle in cells, and the height there.

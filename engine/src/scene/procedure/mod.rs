@@ -1,9 +1,10 @@
 //! Procedural heights: the f64 twins of `shaders/shell/procedures/`.
 //!
-//! A procedure is a height in [0, 1] that is a function of UV, repeats with period 1 along u and v, and is continuous: a
-//! cliff is a steep bevel. Its counts per UV unit are powers of two, so that f32 scales UVs without rounding. To add one:
-//! its twin here, its GLSL beside the others, a value of [`Procedure`] and a line in `shaders/shell/procedures.glsl`;
-//! `tests/procedures.rs` then holds the two to each other and the marches to the reference.
+//! A procedure is a height in [0, 1] that is a function of UV, repeats with period 1 along u and v, and is continuous:
+//! a cliff is a steep bevel. Its counts per UV unit are powers of two, so that f32 scales UVs without rounding. To add
+//! one: its twin here, its GLSL beside the others, a value of [`Procedure`] and a line in
+//! `shaders/shell/procedures.glsl`; `tests/procedures.rs` then holds the two to each other and the marches to the
+//! reference.
 
 mod bricks;
 mod cobbles;
@@ -54,8 +55,8 @@ impl Procedure {
         }
     }
 
-    /// Bounds of the height over the box `low..=high`, which may be a point. They close in on the height at least as fast
-    /// as the box shrinks, and leave room for the rounding of f64.
+    /// Bounds of the height over the box `low..=high`, which may be a point. They close in on the height at least as
+    /// fast as the box shrinks, and leave room for the rounding of f64.
     pub fn bounds(self, low: DVec2, high: DVec2) -> [f64; 2] {
         let [least, greatest] = self.extent();
         // Over a whole period nothing is to be learnt.
@@ -79,7 +80,8 @@ impl Procedure {
 /// More than the rounding of any height or bound here, for UVs of a few units.
 const ROUNDING: f64 = 1e-14;
 
-/// A number without order, the same for the same `n`: the 32-bit finaliser of C. Wellons (hash-prospector, "lowbias32").
+/// A number without order, the same for the same `n`: the 32-bit finaliser of C. Wellons (hash-prospector,
+/// "lowbias32").
 fn scrambled(mut n: u32) -> u32 {
     n ^= n >> 16;
     n = n.wrapping_mul(0x7feb_352d);

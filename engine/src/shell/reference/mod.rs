@@ -3,8 +3,8 @@
 //! materials, cameras, lights) and welds, folds, bounds, projects and samples by itself.
 //!
 //! What it finds is exact to f64 rounding: within each prism the ray's curved path through texture space is cut at
-//! every texel cell, and the first root of the degree-5 polynomial `W²(t - S(h))` is isolated in Bernstein form; under a
-//! procedural height the path is halved until the procedure's bounds clear it. Not modelled: `alphaMode` MASK (every
+//! every texel cell, and the first root of the degree-5 polynomial `W²(t - S(h))` is isolated in Bernstein form; under
+//! a procedural height the path is halved until the procedure's bounds clear it. Not modelled: `alphaMode` MASK (every
 //! surface is opaque).
 
 mod bezier;
