@@ -176,7 +176,8 @@ fn address_modes(wrap: [Wrap; 2]) -> [vk::SamplerAddressMode; 2] {
     })
 }
 
-fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
+/// A sampler for gathers from a height map that wraps so.
+pub fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
     Sampler::new(
         ctx,
         &SamplerDesc {
