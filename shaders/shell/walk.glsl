@@ -165,9 +165,10 @@ vec3 walk_lambda(Standing at, int turned, float t) {
                                                                         : vec3(1.0 - w, w, 0.0);
 }
 
-float walk_most_growth(uint prism) {
+// Levels beyond a prism's lids and bases at which a ray may still be within their growth.
+float walk_margin(uint prism) {
     uvec3 corners = walk_corners(prism).xyz;
-    return max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
+    return 2.0 * max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
 }
 
 // Where a walk begins: in `at` at level t, with the level planes seen from the front (+1) or from behind (-1).
@@ -244,8 +245,8 @@ WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
     for (int i = 0; i < WALK_LOCATE_HOPS && !start.found; ++i) {
         // The raster's neighbour may be the ray's own, and the ray may pass all this prism's lid within its growth.
         range = walk_range(at.prism);
-        float growth = walk_most_growth(at.prism);
-        start = walk_enter(ray, level, range.zw + vec2(-2.0, 2.0) * growth, at);
+        float margin = walk_margin(at.prism);
+        start = walk_enter(ray, level, range.zw + vec2(-margin, margin), at);
         if (start.found) {
             break;
         }
@@ -382,8 +383,8 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             // out. What the ray meets then it enters anew, through a lid or base.
             above = travel > 0.0;
             if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                float growth = walk_most_growth(at.prism);
-                if (travel > 0.0 ? leave > range.w + 2.0 * growth : leave < range.z - 2.0 * growth) {
+                float margin = walk_margin(at.prism);
+                if (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin) {
                     return none;
                 }
             }
