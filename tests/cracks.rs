@@ -14,6 +14,7 @@ use rig::{Rig, STAGES, random::Random};
 /// Views of each mesh.
 const VIEWS: u64 = 200;
 const SIZE: [u32; 2] = [64, 64];
+const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
 
 /// The scene with every height map flat.
 fn flat(name: &str) -> Scene {
@@ -59,25 +60,27 @@ fn holes(test: &Aov, reference: &Aov, camera: &Camera) -> (usize, Vec<String>) {
 fn without_cracks(name: &str, scene: &Scene, seed: u64) {
     let rig = Rig::new();
     let reference = Reference::new(scene);
-    let mut easels = STAGES.map(|stage| (stage, rig.easel(scene, &rig::exact(Shell::Prism, stage), SIZE)));
+    let kinds = SHELLS.into_iter().flat_map(|shell| STAGES.map(|stage| (shell, stage)));
+    let mut easels: Vec<_> =
+        kinds.map(|(shell, stage)| (shell, stage, rig.easel(scene, &rig::exact(shell, stage), SIZE))).collect();
     let mut random = Random(seed);
     let (mut pixels, mut wrong) = (0, Vec::new());
     for number in 0..VIEWS {
         let camera = view(&mut random, scene);
         let truth = reference.render(&camera, SIZE[0], SIZE[1], Shadows::Skip);
-        for (stage, easel) in &mut easels {
+        for (shell, stage, easel) in &mut easels {
             easel.assert_stage(*stage);
             let test = easel.draw(&camera);
-            assert_eq!(easel.limits_reached(), 0, "{name}, view {number}, {stage}: loops gave up");
+            assert_eq!(easel.limits_reached(), 0, "{name}, view {number}, {shell} {stage}: loops gave up");
             let (inside, holes) = holes(&test, &truth, &camera);
             pixels += inside;
-            wrong.extend(holes.iter().map(|hole| format!("{name}, view {number}, {stage}: {hole}")));
+            wrong.extend(holes.iter().map(|hole| format!("{name}, view {number}, {shell} {stage}: {hole}")));
         }
     }
-    println!("{name}: {} holes in {pixels} pixels of {VIEWS} views and both stages", wrong.len());
+    println!("{name}: {} holes in {pixels} pixels of {VIEWS} views, both shells and both stages", wrong.len());
     assert!(wrong.is_empty(), "{} holes:\n{}", wrong.len(), wrong.join("\n"));
     // A fifth of the pictures at least, or the views look past the mesh.
-    assert!(pixels as u64 * 5 > VIEWS * 2 * u64::from(SIZE[0] * SIZE[1]), "only {pixels} pixels");
+    assert!(pixels as u64 * 5 > VIEWS * easels.len() as u64 * u64::from(SIZE[0] * SIZE[1]), "only {pixels} pixels");
 }
 
 #[test]

@@ -11,11 +11,15 @@ const float GROWTH = 0.125;
 // Prisms up to this many near depths away count as cut by the near plane: it may clip their lids, which are drawn grown.
 const float NEAR_REACH = 1.01;
 
+// Shell normals are 1 long, less where prisms would fold (DESIGN section 1). Beyond this the growth shrinks with them: as
+// levels it stays alike over a lid, or these would be far from what the lid's planes are.
+const float LEAST_NORMAL = 0.5;
+
 // The growth as levels, for a corner at `at` with shell normal `shell`.
 float lid_growth(Object object, vec3 at, vec3 shell) {
     float w = abs(dot(object.clip_w.xyz, at) + object.clip_w.w);
     float pixel = 2.0 * w * max(frame.viewport.z / length(object.clip_x.xyz), frame.viewport.w / length(object.clip_y.xyz));
-    return GROWTH * pixel / max(length(shell), 1e-3);
+    return GROWTH * pixel / max(length(shell), LEAST_NORMAL);
 }
 
 #endif

@@ -9,10 +9,14 @@
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;
 
-// A vertex at `level`, pushed outward (`side` +1) or inward (-1).
-vec4 lid_position(Object object, Vertex vertex, float level, float side) {
+// A lid's or base's level as it is drawn: pushed outward (`side` +1) or inward (-1).
+float grown_level(Object object, Vertex vertex, float level, float side) {
     vec3 at = vertex.position.xyz + level * vertex.shell.xyz;
-    at += side * lid_growth(object, at, vertex.shell.xyz) * vertex.shell.xyz;
+    return level + side * lid_growth(object, at, vertex.shell.xyz);
+}
+
+vec4 lid_position(Object object, Vertex vertex, float level) {
+    vec3 at = vertex.position.xyz + level * vertex.shell.xyz;
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, at);
     float depth = dot(object.depth.xyz, at) + object.depth.w;
     return vec4(clip.xy, frame.lens.x * depth + frame.lens.y, clip.z);

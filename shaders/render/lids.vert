@@ -11,8 +11,9 @@ void main() {
     Object object = objects.item[draw.object];
     Vertex vertex = vertices.item[gl_VertexIndex];
     vec2 levels = lids.item[gl_VertexIndex];
-    out_base = lid_position(object, vertex, levels.x, -1.0);
-    out_lid = lid_position(object, vertex, levels.y, 1.0);
+    levels = vec2(grown_level(object, vertex, levels.x, -1.0), grown_level(object, vertex, levels.y, 1.0));
+    out_base = lid_position(object, vertex, levels.x);
+    out_lid = lid_position(object, vertex, levels.y);
     out_levels = levels;
     gl_Position = vec4(0.0);
 }

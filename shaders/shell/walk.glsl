@@ -166,6 +166,12 @@ vec3 walk_lambda(Standing at, int turned, float t) {
                                                                         : vec3(1.0 - w, w, 0.0);
 }
 
+// Levels beyond a prism's lids and bases at which a ray may still be within their growth.
+float walk_margin(uint prism) {
+    uvec3 corners = walk_corners(prism).xyz;
+    return 2.0 * max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
+}
+
 // Where a walk begins: in `at` at level t, with the level planes seen from the front (+1) or from behind (-1).
 struct WalkStart {
     float t;
@@ -188,15 +194,13 @@ void walk_turn(int turned, inout Standing at) {
     }
 }
 
-// Takes the entry at level t, where the ray is inside by the signs of `sides`, if it fits `level` better: the last entry
-// before it.
+// Takes the entry at level t, where the ray is inside by the signs of `sides`, if it is the last one before `level`.
 void walk_entry(float t, vec2 sides, float handedness, float level, int wall, inout float least, inout int turned,
                 inout WalkStart start) {
     float front = sides.x + sides.y < 0.0 ? -1.0 : 1.0;
     float before = front * handedness * (level - t);
-    float cost = before >= 0.0 ? before : 1e6 - before;
-    if (sides.x * sides.y >= 0.0 && cost < least) {
-        least = cost;
+    if (sides.x * sides.y >= 0.0 && before >= 0.0 && before < least) {
+        least = before;
         turned = wall;
         start = WalkStart(t, front, wall != EXIT_NONE, true);
     }
@@ -233,14 +237,20 @@ WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
     return start;
 }
 
-// The start of a walk from the lid or base that the raster met in prism `at`, at about `level`: where the ray was last
-// outside both. A lid is planar between corners at different levels and walls are not, so that the ray may have passed
-// under it in a neighbour already: then back through the prisms to where it had not.
+// The start of a walk from the lid or base that the raster met in prism `at`, grown to about `level`: where the ray was
+// last outside both. A lid is planar between corners at different levels and walls are not, so that the ray may have
+// passed under it in a neighbour already: then back through the prisms to where it had not.
 WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
     vec4 range = walk_range(at.prism);
-    WalkStart start = walk_enter(ray, level, range.zw, at);
+    WalkStart start = walk_enter(ray, level, vec2(min(range.z, level), max(range.w, level)), at);
     for (int i = 0; i < WALK_LOCATE_HOPS && !start.found; ++i) {
-        // The raster's neighbour is the ray's own.
+        // The raster's neighbour may be the ray's own, and the ray may pass all this prism's lid within its growth.
+        range = walk_range(at.prism);
+        float margin = walk_margin(at.prism);
+        start = walk_enter(ray, level, range.zw + vec2(-margin, margin), at);
+        if (start.found) {
+            break;
+        }
         vec3 weights = walk_weights(at, level);
         weights *= weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
         float least = min(weights.x, min(weights.y, weights.z));
@@ -251,8 +261,6 @@ WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
             return start;
         }
         walk_over(ray, neighbour, turned, at);
-        range = walk_range(at.prism);
-        start = walk_enter(ray, level, range.zw, at);
     }
     for (int i = 0; i < WALK_BACK_HOPS && start.on_wall; ++i) {
         uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
@@ -376,9 +384,8 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             // out. What the ray meets then it enters anew, through a lid or base.
             above = travel > 0.0;
             if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                uvec3 corners = walk_corners(at.prism).xyz;
-                float growth = max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
-                if (travel > 0.0 ? leave > range.w + 2.0 * growth : leave < range.z - 2.0 * growth) {
+                float margin = walk_margin(at.prism);
+                if (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin) {
                     return none;
                 }
             }

@@ -12,8 +12,11 @@ use crate::scene::Primitive;
 pub const NO_NEIGHBOUR: u32 = u32::MAX;
 
 /// Least cosine between a shell normal and a lid or base around it. Where normals lean further, growth along them does
-/// not widen the outline enough for the rasteriser's snapping (see `GROWTH` in `shaders/render/lids.glsl`).
+/// not widen the outline enough for the rasteriser's snapping (see `GROWTH` in `shaders/render/lid_growth.glsl`).
 const LEAST_COSINE: f64 = 0.05;
+
+/// The length of a shell normal below which the growth shrinks with it; that of `shaders/render/lid_growth.glsl`.
+const LEAST_NORMAL: f64 = 0.5;
 
 /// The walk's view of one primitive's shell.
 #[derive(Clone, Debug, Default)]
@@ -117,8 +120,8 @@ fn irregular(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) -> Vec<bo
             let [a, b, c] = triangle.map(corner);
             let normal = (b - a).cross(c - a).normalize_or_zero();
             for v in triangle {
-                let direction: DVec3 = shell[*v as usize].as_dvec3().normalize_or_zero();
-                if normal.dot(direction) < LEAST_COSINE {
+                let along: DVec3 = shell[*v as usize].as_dvec3();
+                if normal.dot(along) < LEAST_COSINE * along.length().max(LEAST_NORMAL) {
                     leaning.insert(primitive.weld[*v as usize]);
                 }
             }
