@@ -140,7 +140,7 @@ shared! {
     PrismData {
         /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain, then 1
         /// if irregular (walk); from bit 14 on 3 bits a wall for the neighbour's field, then 1 bit a wall if its surface
-        /// is hit from behind too.
+        /// is hit from behind too; bit 26 if a ray may enter otherwise than through lid and base (walk).
         corners: UVec4,
         /// Lowest and highest level of its surface and steps; for the walk, least base and greatest lid of its corners.
         range: Vec4,
@@ -184,10 +184,56 @@ shared! {
         count: u32,
         /// Prisms of the primitive: what a walk can cross.
         prism_count: u32,
-        /// Borders that are drawn wherever the near plane is.
-        border_count: u32,
         /// 1 where bases are drawn beside lids.
         bases: u32,
+    }
+    /// One vertex of a deforming mesh: what no pose changes.
+    DeformVertex {
+        /// Welded vertex and smoothing group.
+        ids: UVec4,
+        /// Texture coordinates that its tangent follows; z: handedness, 0 without a tangent.
+        tangent: Vec4,
+        /// Base and lid level.
+        levels: Vec4,
+    }
+    /// One triangle of a deforming mesh.
+    DeformTriangle {
+        /// Three vertices; w: 1 if its material displaces it.
+        corners: UVec4,
+        /// Triangle across each wall, or none.
+        across: UVec4,
+        /// Lowest and highest level of its map, 0 included.
+        range: Vec4,
+    }
+    /// One vertex of a deforming mesh in its pose.
+    DeformFrame {
+        /// Position, rebased to the mesh's centre.
+        position: Vec4,
+        /// Shading normal.
+        normal: Vec4,
+        /// Shading tangent and handedness.
+        tangent: Vec4,
+    }
+    /// Push constants of one pass over a deforming mesh.
+    DeformPass {
+        /// The mesh's centre.
+        center: Vec4,
+        /// Items of the pass.
+        count: u32,
+        /// The mesh's number of the primitive's first vertex or triangle.
+        first: u32,
+        /// Round of the fold rule.
+        round: u32,
+        /// Rounds of it.
+        rounds: u32,
+        /// Welded vertices of the mesh.
+        welds: u32,
+        /// Where the lists of corners around welded vertices begin.
+        weld_fans: u32,
+        /// Where those around smoothing groups begin.
+        smooth_fans: u32,
+        /// Where those around vertices begin.
+        vertex_fans: u32,
     }
 }
 
