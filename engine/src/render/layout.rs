@@ -269,11 +269,16 @@ mod tests {
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let mut surface = shell.clone();
         surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        let none = Vec::new();
         let mut seen = BTreeSet::new();
-        for (path, stage, defines) in [
-            ("render/shell.frag", ShaderStage::Fragment, &shell),
-            ("render/surface.frag", ShaderStage::Fragment, &surface),
-            ("render/shell.mesh", ShaderStage::Mesh, &shell),
+        for (path, stage, defines, push) in [
+            ("render/shell.frag", ShaderStage::Fragment, &shell, Draw::MEMBERS),
+            ("render/surface.frag", ShaderStage::Fragment, &surface, Draw::MEMBERS),
+            ("render/shell.mesh", ShaderStage::Mesh, &shell, Draw::MEMBERS),
+            ("render/deform_write_vertices.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_folds.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_leans.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_write_prisms.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
         ] {
             let shader = compiler.compile(path, stage, defines).unwrap();
             for block in &shader.reflection.bindings {
@@ -283,6 +288,9 @@ mod tests {
                     "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
                     "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
+                    "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
+                    "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
+                    "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
                     "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
                     _ => continue,
                 };
@@ -293,10 +301,20 @@ mod tests {
                 }
                 seen.insert(block.name.clone());
             }
-            let draw = &shader.reflection.push_constants;
-            assert!(compare(draw, "draw.", Draw::MEMBERS) > 0, "{path}: push constants");
+            let block = if stage == ShaderStage::Compute { "deform." } else { "draw." };
+            assert!(compare(&shader.reflection.push_constants, block, push) > 0, "{path}: push constants");
         }
-        let all = ["FrameBlock", "MaterialBlock", "lights", "objects", "prisms", "vertices"];
+        let all = [
+            "FrameBlock",
+            "MaterialBlock",
+            "lights",
+            "mesh_vertices",
+            "objects",
+            "posed",
+            "prisms",
+            "triangles",
+            "vertices",
+        ];
         assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), all);
     }
 }

@@ -283,6 +283,8 @@ pub fn upload(
     settings: &Settings,
 ) -> Result<Vec<Primitive>> {
     use vk::BufferUsageFlags as U;
+    // The transfer is for the test of deforming meshes, which reads their vertices back.
+    let storage = U::STORAGE_BUFFER | U::TRANSFER_SRC;
     let mut uploader = Uploader::new(ctx)?;
     let primitives = plan
         .primitives
@@ -314,7 +316,7 @@ pub fn upload(
                 extent: data.extent,
                 indices,
                 micro_mesh,
-                vertices: uploader.buffer(&format!("{name} vertices"), U::STORAGE_BUFFER, &data.vertices)?,
+                vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
                 prisms,
                 material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,
             })
