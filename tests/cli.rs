@@ -207,6 +207,7 @@ fn every_combination_that_can_be_honoured_is() {
         "--shell off --depth-offset off",
         "--shell auto --stage auto",
         "--shell prism --march pom",
+        "--shell walk --march relief",
         "--march relief --min-steps 4 --max-steps 4",
         "--shell off --march exact",
         "--march relief --refine-steps 0",

@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{
-    Expected, Gltf, Lens, Map, Ray, STAGES, Shape, Wrap, check,
+    Expected, Gltf, Lens, Map, Ray, Shape, WAYS, Wrap, check,
     forms::{
         EXACT, FINE, MARCHES, Sheet, TOLERANCE, aov, both, matrix, nearest, oblique, ramp_scene, sheet_scene, straight,
         wall,
@@ -80,8 +80,8 @@ fn far_from_the_origin_nothing_shakes() {
     let (gltf, sheet) = ramp_scene(0.5, 0.4, DAffine3::from_translation(away));
     let eye = DVec3::new(1.5, 1.0, 2.25) + away;
     let lens = Lens::at(eye.to_array(), away.to_array());
-    for (stage, march) in STAGES.into_iter().zip(MARCHES) {
-        let mut aov = aov(&gltf, &lens, &format!("--shell prism --stage {stage} {march}"));
+    for (way, march) in WAYS.into_iter().zip(MARCHES.into_iter().cycle()) {
+        let mut aov = aov(&gltf, &lens, &format!("{way} {march}"));
         let hits = aov.position.iter_mut().zip(&aov.depth).filter(|(_, depth)| depth.is_finite());
         for (position, _) in hits {
             *position = std::array::from_fn(|i| position[i] - away.to_array()[i] as f32);

@@ -4,7 +4,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Frame, Gltf, Lens, Map, STAGES, Shape, Wrap, asset, draw, folder};
+use common::{Frame, Gltf, Lens, Map, Shape, WAYS, Wrap, asset, draw, folder};
 use glam::DVec3;
 use prism_engine::{
     aov::Aov,
@@ -84,22 +84,22 @@ fn compare(name: &str, view: Option<View>, march: &str, stray: f64) {
 #[track_caller]
 fn compare_file(name: &str, scene: &Path, view: Option<View>, march: &str, stray: f64) {
     let (truth, camera) = reference(scene, view, Shadows::Skip);
-    for stage in STAGES {
+    for way in WAYS {
         let view = view.map(|view| view.flags()).unwrap_or_default();
-        let test = render(scene, &format!("--shell prism --stage {stage} {march} {view}"));
+        let test = render(scene, &format!("{way} {march} {view}"));
         let m = Metrics::between(&test, &truth, &camera);
         println!(
-            "{name} {stage} {march} {view}: {} pixels; coverage differs {:.1e}; depth p50 {:.1e}, p99 {:.1e} footprints, above 1: \
+            "{name} {way} {march} {view}: {} pixels; coverage differs {:.1e}; depth p50 {:.1e}, p99 {:.1e} footprints, above 1: \
              {:.1e}; normal p50 {:.2e}, p99 {:.2e} degrees",
             m.covered, m.coverage_differs, m.depth_p50, m.depth_p99, m.depth_above_1, m.normal_p50, m.normal_p99
         );
         assert!(m.covered > 2000, "{m:?}");
         assert_eq!(m.nan_count, 0, "{m:?}");
-        assert!(m.coverage_differs <= stray, "{name} {stage}: {m:?}");
-        assert!(m.depth_p99 <= DEPTH_P99, "{name} {stage}: {m:?}");
-        assert!(m.depth_above_1 <= stray, "{name} {stage}: {m:?}");
+        assert!(m.coverage_differs <= stray, "{name} {way}: {m:?}");
+        assert!(m.depth_p99 <= DEPTH_P99, "{name} {way}: {m:?}");
+        assert!(m.depth_above_1 <= stray, "{name} {way}: {m:?}");
         // Not the worst one: at a texel's edge the surface has a crease, and the side of it is a matter of the last bits.
-        assert!(m.normal_p50 <= 1e-3 && m.normal_p99 <= 0.02, "{name} {stage}: {m:?}");
+        assert!(m.normal_p50 <= 1e-3 && m.normal_p99 <= 0.02, "{name} {way}: {m:?}");
         let both = (0..truth.depth.len()).filter(|&i| (test.depth[i] - truth.depth[i]).abs() < 1e-3);
         let off = |i: usize| {
             let uv = (0..2).map(|c| (test.uv[i][c] - truth.uv[i][c]).abs()).fold(0.0, f32::max);
@@ -111,7 +111,7 @@ fn compare_file(name: &str, scene: &Path, view: Option<View>, march: &str, stray
             errors.sort_by(f32::total_cmp);
             let (p99, worst) = (errors[errors.len() * 99 / 100], errors[errors.len() - 1]);
             println!("  {channel}: p99 {p99:.1e}, worst {worst:.1e}");
-            assert!(p99 <= limit, "{name} {stage}: {channel} is off by {p99} at 1 % of the pixels");
+            assert!(p99 <= limit, "{name} {way}: {channel} is off by {p99} at 1 % of the pixels");
         }
     }
 }
@@ -307,10 +307,10 @@ fn on_crumpled_sheets() {
         let folder = folder();
         let scene = crumpled(seed).write(folder.path());
         let (truth, camera) = reference(&scene, None, Shadows::Skip);
-        let stage = STAGES[seed as usize % 2];
-        let test = render(&scene, &format!("--shell prism --stage {stage} {EXACT}"));
+        let way = WAYS[seed as usize % 4];
+        let test = render(&scene, &format!("{way} {EXACT}"));
         let m = Metrics::between(&test, &truth, &camera);
-        println!("{seed} {stage}: {m:?}");
+        println!("{seed} {way}: {m:?}");
         let stray = m.coverage_differs.max(m.depth_above_1) * m.covered as f64;
         if stray > EDGE_ON + 0.5 || m.depth_p99 > DEPTH_P99 || m.nan_count > 0 {
             failed.push(seed);

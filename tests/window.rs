@@ -205,12 +205,12 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     let title = |part: &str, process: &mut Running| {
         wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
     };
-    title("shell prism", &mut process);
+    title("shell walk", &mut process);
     user.press('h'.into());
     title("shell off", &mut process);
     shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--shell off --march exact"));
     user.press('h'.into());
-    title("shell prism", &mut process);
+    title("shell walk", &mut process);
     title("march exact", &mut process);
     user.press('m'.into());
     title("march pom", &mut process);

@@ -60,7 +60,7 @@ def check_scene(path):
         with open(os.path.join(ASSETS, b["uri"]), "rb") as f:
             buffers.append(f.read())
         expect(len(buffers[-1]) == b["byteLength"], name, "buffer length")
-    for item in g["images"] + g["buffers"]:
+    for item in g.get("images", []) + g["buffers"]:
         expect(".." not in item["uri"] and os.path.isfile(os.path.join(ASSETS, item["uri"])), name, item["uri"])
 
     def read(k):
@@ -110,7 +110,11 @@ def check_scene(path):
         d = m.get("extras", {}).get("displacement")
         if d is None:
             continue
-        expect(sorted(d) == ["border", "midlevel", "relative", "scale", "texture"], name, m["name"], "displacement keys")
+        source = "procedural" if "procedural" in d else "texture"
+        expect(sorted(d) == sorted(["border", "midlevel", "relative", "scale", source]), name, m["name"], "displacement keys")
+        if source == "procedural":
+            expect(d["procedural"] == m["name"] and d["scale"] > 0 and 0 <= d["midlevel"] <= 1, name, m["name"], "displacement")
+            continue
         image = g["images"][g["textures"][d["texture"]["index"]]["source"]]["uri"]
         expect(image.endswith("_height.png") and d["scale"] > 0 and 0 <= d["midlevel"] <= 1, name, m["name"], "displacement")
         used = [d["texture"], m["pbrMetallicRoughness"].get("baseColorTexture", d["texture"])]

@@ -135,6 +135,13 @@ class Scene:
         self.doc["materials"][material]["extras"] = {"displacement": request}
         return material
 
+    def procedural(self, name, linear_rgb, roughness, scale, midlevel):
+        """A material of one colour whose heights are the engine's function `name`."""
+        material = self.plain(name, linear_rgb, roughness)
+        request = {"procedural": name, "scale": scale, "relative": False, "midlevel": midlevel, "border": "open"}
+        self.doc["materials"][material]["extras"] = {"displacement": request}
+        return material
+
     def plain(self, name, linear_rgb, roughness):
         pbr = {"baseColorFactor": tidy([*np.round(linear_rgb, 4), 1.0]), "metallicFactor": 0.0, "roughnessFactor": roughness}
         return self.add("materials", {"name": name, "pbrMetallicRoughness": pbr})

@@ -37,6 +37,25 @@ def prism_shell():
     return s
 
 
+def procedural():
+    """A brick well on cobbles, with water in it and a ball afloat: every height is a function."""
+    s = Scene("procedural")
+    bricks = s.procedural("bricks", linear("#a0543a"), 0.8, 0.03, 1.0)
+    cobbles = s.procedural("cobbles", linear("#8d8578"), 0.7, 0.06, 1.0)
+    waves = s.procedural("waves", linear("#1d5a63"), 0.16, 0.055, 0.5)
+    amber = s.plain("amber glaze", linear("#c98a2b"), 0.32)
+    floor = s.geometry(shapes.sheet((0, 0, 0), (2.2, 0, 0), (0, 0, 2.2), (4, 4)))
+    s.node(name="floor", mesh=s.mesh("floor", floor, cobbles))
+    s.node(name="well", mesh=s.mesh("well", s.geometry(shapes.well()), bricks))
+    water = s.geometry(shapes.disc(0.92, repeat=0.9))
+    s.node(name="water", mesh=s.mesh("water", water, waves), translation=[0.0, 0.36, 0.0])
+    ball = s.geometry(shapes.sphere(48, 24))
+    s.node(name="ball", mesh=s.mesh("ball", ball, amber), translation=[0.22, 0.4, 0.12], scale=[0.24] * 3)
+    s.camera((1.35, 1.7, 2.75), (0.0, 0.12, 0.05), 40)
+    s.sun((-0.8, 0.75, 0.45))
+    return s
+
+
 def make():
     width, depth, relief = maps_terrain.extent()
     unit = max(width, depth) / 2
@@ -44,6 +63,7 @@ def make():
     scale = round(EXAGGERATION * relief / unit, 6)
     return [
         prism_shell(),
+        procedural(),
         one("torus", shapes.torus(), dict(maps="cobbles", scale=0.08, midlevel=0.5), (1.6, 2.05, 2.9), (0.0, -0.2, 0), 36, (-0.75, 0.85, 0.6)),
         one(
             "suzanne",

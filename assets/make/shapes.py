@@ -78,6 +78,39 @@ def stack(radius=0.62, trunk=1.6, flare=0.25, around=40, dome_rows=10, trunk_row
     return p, n, t, triangles
 
 
+def well(inner=0.78, outer=1.06, foot=-0.1, height=0.52, rounding=0.07, around=64, corner_rows=5, repeat=7):
+    """A ring wall with a rounded rim, open below. u runs around `repeat` units, v down the outline from the inside to the
+    outside; a unit is 3 wide (half way between inside and outside) by 2 high."""
+    unit = 2 / 3 * math.pi * (inner + outer) / repeat
+    outline = [(inner, foot, -1.0, 0.0)]  # radius, y, normal's radius, normal's y
+    for radius, start in ((inner + rounding, 180), (outer - rounding, 90)):
+        for j in range(corner_rows + 1):
+            b = math.radians(start - 90 * j / corner_rows)
+            n = (math.cos(b), math.sin(b))
+            outline.append((radius + rounding * n[0], height - rounding + rounding * n[1], *n))
+    outline.append((outer, foot, 1.0, 0.0))
+    p, n, t, arc = [], [], [], 0.0
+    for j, (r, y, nr, ny) in enumerate(outline):
+        if j:
+            arc += math.hypot(r - outline[j - 1][0], y - outline[j - 1][1])
+        for i in range(around + 1):
+            a = 2 * math.pi * (i % around) / around
+            p.append((r * math.cos(a), y, -r * math.sin(a)))
+            n.append((nr * math.cos(a), ny, -nr * math.sin(a)))
+            t.append((repeat * i / around, arc / unit))
+    return p, n, t, grid_triangles(around, len(outline) - 1)
+
+
+def disc(radius, around=48, repeat=1.0):
+    """Flat, facing up, with one UV unit for `repeat` of its length."""
+    p = [(0.0, 0.0, 0.0)]
+    for i in range(around):
+        a = 2 * math.pi * i / around
+        p.append((radius * math.cos(a), 0.0, -radius * math.sin(a)))
+    t = [((x + radius) / repeat, (z + radius) / repeat) for x, _, z in p]
+    return p, [(0.0, 1.0, 0.0)] * len(p), t, [(0, 1 + i, 1 + (i + 1) % around) for i in range(around)]
+
+
 def sheet(centre, right, down, repeat=(1, 1), columns=1, rows=1):
     """A flat rectangle: centre, half extents as vectors, the UV range."""
     normal = np.cross(down, right)

@@ -17,7 +17,7 @@ pub enum Stage {
 /// How the displaced detail is bounded by geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Shell {
-    /// The best shell this build has: [`Shell::Prism`].
+    /// The best shell this build has: [`Shell::Walk`].
     #[default]
     Auto,
     /// The base surface only: classic parallax in its tangent plane.
@@ -162,7 +162,7 @@ impl Settings {
     /// The shell that [`Shell::Auto`] stands for in this build.
     pub fn resolved_shell(&self) -> Shell {
         match self.shell {
-            Shell::Auto => Shell::Prism,
+            Shell::Auto => Shell::Walk,
             other => other,
         }
     }

@@ -172,7 +172,7 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Stage::ALL, Stage::name))]
     pub stage: Option<Stage>,
 
-    /// off: the base surface only, classic parallax; auto: the best shell of this build, prism [default: auto]
+    /// off: the base surface only, classic parallax; auto: walk [default: auto]
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 

@@ -8,6 +8,9 @@
 // leans; the trace clips to the exact shell.
 const float GROWTH = 0.125;
 
+// Prisms up to this many near depths away count as cut by the near plane: it may clip their lids, which are drawn grown.
+const float NEAR_REACH = 1.01;
+
 // The growth as levels, for a corner at `at` with shell normal `shell`.
 float lid_growth(Object object, vec3 at, vec3 shell) {
     float w = abs(dot(object.clip_w.xyz, at) + object.clip_w.w);

@@ -9,6 +9,11 @@ layout(push_constant) uniform LevelBlock { int level; };
 
 #define HEIGHT_MAP height_map
 #include "shell/height.glsl"
+
+vec2 height_size() {
+    return vec2(textureSize(height_map, 0));
+}
+
 #include "shell/pyramid.glsl"
 
 vec2 from_texels(ivec2 node) {

@@ -9,7 +9,7 @@
 layout(std430, set = 1, binding = 9) readonly buffer PyramidBlock { uint item[]; } pyramid;
 
 vec2 height_bounds(ivec2 first, ivec2 last) {
-    ivec2 size = ivec2(HEIGHT_SIZE), period = pyramid_period(size), extent = last - first;
+    ivec2 size = ivec2(height_size()), period = pyramid_period(size), extent = last - first;
     // Where the map is clamped, all cells beyond it are like the outermost.
     ivec2 start;
     for (int axis = 0; axis < 2; ++axis) {

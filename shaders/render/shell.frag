@@ -9,11 +9,7 @@
 
 #include "shell/prism.glsl"
 #ifdef HAS_HEIGHT
-layout(set = 1, binding = 3) uniform sampler2D height_map;
-#define HEIGHT_MAP height_map
-#define HEIGHT_SIZE material.height_size.xy
-#include "shell/height.glsl"
-#include "render/pyramid_access.glsl"
+#include "render/height_field.glsl"
 #include "render/other_fields.glsl"
 #include "shell/march.glsl"
 #include "render/march_settings.glsl"

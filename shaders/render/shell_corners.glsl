@@ -5,6 +5,8 @@
 #include "shell/outline.glsl"
 
 #ifdef WALK_BORDERS
+#include "render/lid_growth.glsl"
+
 // Prisms that a ray may enter from outside the shell, then all others, which matter where the near plane cuts them.
 layout(std430, set = 1, binding = 12) readonly buffer BorderBlock { uint item[]; } borders;
 // A walk meets a border up to the lid and down to the base.
@@ -46,7 +48,7 @@ Outline outline_of(uint index) {
         for (int i = 1; i < 6; ++i) {
             nearest = min(nearest, corners[i].w);
         }
-        if (nearest >= frame.lens.z) {
+        if (nearest >= frame.lens.z * NEAR_REACH) {
             Outline nothing;
             nothing.count = 0;
             return nothing;

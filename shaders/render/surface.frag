@@ -14,11 +14,7 @@ layout(location = 3) in vec4 in_tangent;
 #endif
 #ifdef HAS_HEIGHT
 layout(location = 4) in vec2 in_height_uv;
-layout(set = 1, binding = 3) uniform sampler2D height_map;
-#define HEIGHT_MAP height_map
-#define HEIGHT_SIZE material.height_size.xy
-#include "shell/height.glsl"
-#include "render/pyramid_access.glsl"
+#include "render/height_field.glsl"
 #include "shell/plane.glsl"
 #endif
 

@@ -7,11 +7,7 @@
 #include "render/interface.glsl"
 
 #include "shell/prism.glsl"
-layout(set = 1, binding = 3) uniform sampler2D height_map;
-#define HEIGHT_MAP height_map
-#define HEIGHT_SIZE material.height_size.xy
-#include "shell/height.glsl"
-#include "render/pyramid_access.glsl"
+#include "render/height_field.glsl"
 #include "render/other_fields.glsl"
 #include "shell/march.glsl"
 #include "render/march_settings.glsl"
@@ -34,8 +30,7 @@ layout(location = 1) in float in_level;
 void main() {
     Object object = objects.item[draw.object];
     vec2 ndc = gl_FragCoord.xy * frame.viewport.zw * 2.0 - 1.0;
-    WalkRay ray = WalkRay(object.clip_x - ndc.x * object.clip_w, object.clip_y - ndc.y * object.clip_w,
-                          object.handedness.x);
+    WalkRay ray = WalkRay(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);
     WalkHit hit;

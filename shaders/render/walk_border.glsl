@@ -2,6 +2,7 @@
 #ifndef RENDER_WALK_BORDER_GLSL
 #define RENDER_WALK_BORDER_GLSL
 
+#include "render/lid_growth.glsl"
 #include "shell/walk.glsl"
 
 // View depth where the ray crosses a wall, or an end of the levels.
@@ -48,6 +49,10 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         return WalkHit(plain.hit, id, 0.0, plain.lambda, -1, 0);
     }
     bool irregular = bitfieldExtract(corners.w, 13, 1) != 0u;
+    // Where the near plane clips lids, rays come in through them here.
+    for (int k = 0; k < 3; ++k) {
+        irregular = irregular || depth[k] + min(range.z * slope[k], range.w * slope[k]) < NEAR_REACH * near;
+    }
     vec3 sides;
     Crossings crossings = prism_crossings(projected, canonical, range.z, range.w, sides);
     for (int i = crossings.count - 2; i >= 0; --i) {

@@ -9,29 +9,15 @@
 #ifndef SHELL_EXACT_GLSL
 #define SHELL_EXACT_GLSL
 
+#include "shell/curve.glsl"
+
 // The includer's: least and greatest height over the cells from `first` to `last`, both included, or looser ones.
 vec2 height_bounds(ivec2 first, ivec2 last);
-
-// Least step along p: 4 ulp of 1.
-const float LEAST_STEP = 2.5e-7;
 
 // What a ray must rise over the field to have passed it, as a part of the height's scale: the rounding of a path of a
 // hundred cells.
 const float LEAST_RISE = 1e-5;
 const float NO_RISE = -1.0;
-
-struct Curve {
-    vec3 x, y, w; // numerators (cells, relative to `origin`) and denominator: Bernstein control points
-    vec2 t;       // level at p = 0 and at p = 1
-    ivec2 origin; // cell
-};
-
-// How heights become levels, and which side the ray is on.
-struct Field {
-    float scale, midlevel;
-    float side;     // +1 above the field, -1 below
-    bool two_sided; // leaving it from below is a hit too
-};
 
 // The curve by powers of p: (x, y, w) = c0 + p (c1 + p c2).
 struct Powers {
@@ -56,14 +42,6 @@ vec3 control_between(Powers powers, float a, float b) {
 vec2 curve_at(Powers powers, float p) {
     vec3 at = point_at(powers, p);
     return at.xy / at.z;
-}
-
-float level_at(Curve curve, float p) {
-    return mix(curve.t.x, curve.t.y, p);
-}
-
-float field_level(Field field, float h) {
-    return (h - field.midlevel) * field.scale;
 }
 
 // Signed height over the bilinear patch, positive on the side the ray is on.

@@ -1,8 +1,9 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// MARCH_EXACT (with shell/exact.glsl), MARCH_RELIEF, MARCH_NONE or neither (POM) chooses the search. Cost: prism_trace solves three
-// quadratics; each linear step is three quadratics, one reciprocal and one height.
+// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_RELIEF, MARCH_NONE or neither (POM) chooses
+// the search. Cost: prism_trace solves three quadratics; each linear step is three quadratics, one reciprocal and one
+// height.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 
@@ -31,7 +32,7 @@ struct MarchSettings {
     float scale, midlevel;
     int min_steps, max_steps; // linear steps in one prism: about one a texel of path, between these
     int refine_steps;         // bisections (relief)
-    vec2 map_size;            // texels
+    vec2 map_size;            // texels: height_size()
     bool two_sided;           // hits from behind count
     int step_limit;           // exact: steps in one prism before it gives up, as a multiple of the cells on the way
 };

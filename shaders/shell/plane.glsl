@@ -1,7 +1,7 @@
 // The classic parallax techniques: the height field over the tangent plane of a base surface point.
 //
 // Near the point the surface is taken as flat, so the ray is straight in texture space: at level t above the plane its
-// coordinates are uv + t * slope. Needs the height hook `height_at`. Cost: one height a step.
+// coordinates are uv + t * slope. Needs the height hook `height_at` (exact: `height_size` too). Cost: one height a step.
 #ifndef SHELL_PLANE_GLSL
 #define SHELL_PLANE_GLSL
 
@@ -56,7 +56,7 @@ int plane_steps(PlaneMarch march, float cosine) {
 #ifdef MARCH_EXACT
 // From the top of the range down to the field, exactly. Always ends in a hit: at the bottom at the latest.
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
-    vec2 size = HEIGHT_SIZE;
+    vec2 size = height_size();
     vec2 a = (ray.uv + march.t1 * ray.slope) * size - 0.5, b = (ray.uv + march.t0 * ray.slope) * size - 0.5;
     Curve curve;
     curve.origin = ivec2(floor(a));

@@ -22,9 +22,10 @@ const uint NO_NEIGHBOUR = 0xffffffffu;
 const int WALK_LOCATE_HOPS = 8;
 const int WALK_BACK_HOPS = 64;
 
-// A ray as two rows: a point's place across it is (dot(x, (P, 1)), dot(y, (P, 1))).
+// A pixel's ray: the rows of mesh to clip x, y and w, and the pixel.
 struct WalkRay {
-    vec4 x, y;
+    vec4 x, y, w;
+    vec2 ndc;
     float handedness;
 };
 
@@ -78,10 +79,10 @@ vec3 wall_between(vec2 pi, vec2 qi, vec2 pj, vec2 qj) {
 
 void walk_across(WalkRay ray, uint vertex, out vec2 p, out vec2 q) {
     vec3 at = walk_position(vertex), shell = walk_shell(vertex);
-    precise vec2 place = vec2(dot(ray.x.xyz, at) + ray.x.w, dot(ray.y.xyz, at) + ray.y.w);
-    precise vec2 direction = vec2(dot(ray.x.xyz, shell), dot(ray.y.xyz, shell));
-    p = place;
-    q = direction;
+    precise vec3 place = vec3(dot(ray.x.xyz, at) + ray.x.w, dot(ray.y.xyz, at) + ray.y.w, dot(ray.w.xyz, at) + ray.w.w);
+    precise vec3 direction = vec3(dot(ray.x.xyz, shell), dot(ray.y.xyz, shell), dot(ray.w.xyz, shell));
+    p = across_ray(place, ray.ndc);
+    q = across_ray(direction, ray.ndc);
 }
 
 Standing walk_stand(WalkRay ray, uint prism, int entry) {

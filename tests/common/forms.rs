@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use prism_engine::aov::Aov;
 use serde_json::json;
 
-use super::{Expected, Frame, Gltf, Lens, Map, Ray, Shape, Wrap, check, draw, folder};
+use super::{Expected, Frame, Gltf, Lens, Map, Ray, Shape, WAYS, Wrap, check, draw, folder};
 
 /// World units; the scenes are 2 units wide and 3 away, where an f32 is good to 2.4e-7.
 pub const TOLERANCE: f64 = 2e-5;
@@ -36,12 +36,12 @@ pub fn aov(gltf: &Gltf, lens: &Lens, flags: &str) -> Aov {
     Frame::read(&file).aov()
 }
 
-/// Compares the shell of both stages with a formula, and both marches at one of them.
+/// Compares both shells of both stages with a formula, and the other march at one stage of each.
 #[track_caller]
 pub fn both(gltf: &Gltf, lens: &Lens, surface: impl Fn(&Ray) -> Option<Expected>) {
-    for (stage, march) in [("mesh", EXACT), ("geometry", EXACT), ("mesh", FINE)] {
-        println!("{stage} {march}:");
-        let aov = aov(gltf, lens, &format!("--shell prism --stage {stage} {march}"));
+    for (way, march) in WAYS.into_iter().map(|way| (way, EXACT)).chain([(WAYS[0], FINE), (WAYS[3], FINE)]) {
+        println!("{way} {march}:");
+        let aov = aov(gltf, lens, &format!("{way} {march}"));
         check(&aov, lens, TOLERANCE, &surface);
     }
 }

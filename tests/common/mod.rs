@@ -26,6 +26,13 @@ pub use self::{
 
 /// Both stages that can make a shell, by their names on the command line.
 pub const STAGES: [&str; 2] = ["mesh", "geometry"];
+/// Every way to draw a shell: shell and stage.
+pub const WAYS: [&str; 4] = [
+    "--shell prism --stage mesh",
+    "--shell prism --stage geometry",
+    "--shell walk --stage mesh",
+    "--shell walk --stage geometry",
+];
 
 /// A scene of the project's assets.
 pub fn asset(name: &str) -> PathBuf {

@@ -5,7 +5,7 @@ use glam::{DAffine2, DVec2, DVec3, UVec4, Vec2, Vec4};
 use super::layout::{Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
-use crate::scene::{Material, Mesh, Primitive, Scene, TextureRef};
+use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
 use crate::shell::{
     prisms::{self, MAX_OTHERS},
@@ -99,15 +99,15 @@ impl PrimitiveData {
         if let Some(d) = &displacement {
             let (low, high) = scene.displacement_range(primitive);
             let scale = primitive.displacement_scale;
-            let map = &scene.height_maps[d.map];
-            data.height_size = Vec4::new(map.width as f32, map.height as f32, 0.0, 0.0);
+            let [width, height] = map_size(scene, d.source);
+            data.height_size = Vec4::new(width, height, 0.0, 0.0);
             data.displacement = Vec4::new(scale as f32, d.midlevel as f32, low as f32, high as f32);
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
         }
         for (slot, other) in data.others.iter_mut().zip(&planned.shell.others) {
-            let map = &scene.height_maps[other.map];
-            *slot = Vec4::new(other.scale as f32, other.midlevel as f32, map.width as f32, map.height as f32);
+            let [width, height] = map_size(scene, other.source);
+            *slot = Vec4::new(other.scale as f32, other.midlevel as f32, width, height);
         }
         PrimitiveData {
             center,
@@ -119,6 +119,11 @@ impl PrimitiveData {
             material: data,
         }
     }
+}
+
+/// Texels of a height map; a procedure's shader knows its own.
+fn map_size(scene: &Scene, source: HeightSource) -> [f32; 2] {
+    source.map().map_or([0.0; 2], |map| [scene.height_maps[map].width, scene.height_maps[map].height].map(|n| n as f32))
 }
 
 /// Middle of a mesh's bounding box.

@@ -175,7 +175,11 @@ fn plan_draws(
     } else if prisms > 0 {
         let shown = displacement.filter(|_| geometry.shell.is_displaced());
         let others = geometry.shell.others.len() as u8;
-        let height = shown.map(|d| Height { others, ..height(&d, settings, true) });
+        let mut other_procedures = [None; MAX_OTHERS];
+        for (slot, other) in other_procedures.iter_mut().zip(&geometry.shell.others) {
+            *slot = other.source.procedure();
+        }
+        let height = shown.map(|d| Height { others, other_procedures, ..height(&d, settings, true) });
         let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
         if geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
@@ -198,8 +202,10 @@ fn plan_draws(
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
     let traces = !shell && settings.march.traces();
     Height {
+        procedure: displacement.source.procedure(),
         wrap: displacement.wrap,
         others: 0,
+        other_procedures: [None; MAX_OTHERS],
         march: settings.march,
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
         depth_offset: traces && settings.depth_offset,

@@ -93,7 +93,8 @@ pub fn build(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{BufferDesc, ContextDesc, ImageDesc, MemoryLocation, SamplerDesc};
+    use crate::gpu::{BufferDesc, ContextDesc, ImageDesc, MemoryLocation};
+    use crate::render::resources::height_sampler;
     use crate::render::shader_compiler;
     use crate::settings::Validation;
 
@@ -139,7 +140,6 @@ mod tests {
     fn every_pair_of_nodes_bounds_its_texels() {
         let ctx = Context::new(&ContextDesc { validation: Validation::Sync, ..ContextDesc::default() }).unwrap();
         let compiler = shader_compiler(None).unwrap();
-        let sampler = Sampler::new(&ctx, &SamplerDesc::default()).unwrap();
         let mut state = 1u32;
         for (size, wrap) in [
             ([16, 16], [Wrap::Repeat, Wrap::Repeat]),
@@ -164,6 +164,7 @@ mod tests {
             };
             let map = uploader.image(&desc, bytemuck::cast_slice(&texels)).unwrap();
             uploader.finish().unwrap();
+            let sampler = height_sampler(&ctx, wrap).unwrap();
             let items = read(&ctx, &build(&ctx, &compiler, &map, &sampler, wrap).unwrap());
 
             let shift = wrap.map(|w| i64::from(w == Wrap::Clamp));

@@ -15,7 +15,7 @@ use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
-use crate::scene::{HeightMap, HeightTexels, Sampler as SceneSampler, Scene, Wrap};
+use crate::scene::{HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{Baseline, March, Settings};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
@@ -48,28 +48,25 @@ impl Images {
                     entry.insert(sampler(ctx, texture.sampler)?);
                 }
             }
-            if let (Some(_), Some(displacement)) = (draw.variant.height, material.displacement) {
-                let others = plan.primitives[draw.primitive].shell.others.iter().map(|other| (other.map, other.wrap));
-                for (map, wrap) in others.chain([(displacement.map, displacement.wrap)]) {
-                    if let Entry::Vacant(entry) = self.heights.entry(map) {
-                        entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
-                    }
-                    if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
-                        entry.insert(height_sampler(ctx, wrap)?);
-                    }
+            for (map, wrap) in height_maps(scene, &plan.primitives[draw.primitive], &draw.variant) {
+                if let Entry::Vacant(entry) = self.heights.entry(map) {
+                    entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
+                }
+                if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
+                    entry.insert(height_sampler(ctx, wrap)?);
                 }
             }
         }
         uploader.finish()?;
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
-            let (Some(height), Some(displacement)) = (draw.variant.height, material.displacement) else { continue };
+            let (Some(height), Some(map)) = (draw.variant.height, own_map(material)) else { continue };
             if height.march != March::Exact {
                 continue;
             }
-            let key = (displacement.map, height.wrap);
+            let key = (map, height.wrap);
             if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(displacement.map, displacement.wrap);
+                let (image, sampler) = self.height(map, height.wrap);
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
             }
@@ -93,18 +90,35 @@ impl Images {
                 Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
             })
             .collect();
-        if let (Some(height), Some(displacement)) = (variant.height, material.displacement) {
-            let (image, sampler) = self.height(displacement.map, displacement.wrap);
+        if let (Some(height), Some(map)) = (variant.height, own_map(material)) {
+            let (image, sampler) = self.height(map, height.wrap);
             bindings.push(("height_map", Binding::Image(image, sampler)));
-            let pyramid = self.pyramids.get(&(displacement.map, height.wrap));
+            let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+        }
+        if variant.height.is_some() {
             for (name, other) in OTHER_NAMES.into_iter().zip(&planned.shell.others) {
-                let (image, sampler) = self.height(other.map, other.wrap);
-                bindings.push((name, Binding::Image(image, sampler)));
+                let map = other.source.map().map(|map| self.height(map, other.wrap));
+                bindings.extend(map.map(|(image, sampler)| (name, Binding::Image(image, sampler))));
             }
         }
         bindings
     }
+}
+
+/// The map that a material's displacement reads; a procedure reads none.
+fn own_map(material: &Material) -> Option<usize> {
+    material.displacement?.source.map()
+}
+
+/// The maps that a draw reads, with their wrap: its own field's and those of its neighbours.
+fn height_maps(scene: &Scene, planned: &PlannedPrimitive, variant: &Variant) -> Vec<(usize, [Wrap; 2])> {
+    if variant.height.is_none() {
+        return Vec::new();
+    }
+    let own = scene.materials[source(scene, planned).material].displacement.map(|d| (d.source, d.wrap));
+    let others = planned.shell.others.iter().map(|other| (other.source, other.wrap));
+    own.into_iter().chain(others).filter_map(|(source, wrap)| Some((source.map()?, wrap))).collect()
 }
 
 /// Refuses an image that the device cannot hold.
@@ -162,7 +176,8 @@ fn address_modes(wrap: [Wrap; 2]) -> [vk::SamplerAddressMode; 2] {
     })
 }
 
-fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
+/// A sampler for gathers from a height map that wraps so.
+pub fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
     Sampler::new(
         ctx,
         &SamplerDesc {

@@ -4,7 +4,9 @@ use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::*;
 use crate::gpu::{ContextDesc, run_once};
-use crate::scene::{Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Wrap};
+use crate::scene::{
+    Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
+};
 use crate::settings::{March, Validation};
 use crate::shell::{
     prisms,
@@ -27,7 +29,7 @@ fn scene() -> Scene {
     let material = Material {
         name: "checkers".into(),
         displacement: Some(Displacement {
-            map: 0,
+            source: HeightSource::Map(0),
             wrap: [Wrap::Repeat; 2],
             tex_coord: 0,
             transform: DAffine2::IDENTITY,
@@ -194,6 +196,13 @@ fn a_shell_binds_the_maps_of_the_fields_that_it_meets() {
     counts.sort_unstable();
     assert_eq!(counts, [1, 2]);
     assert_eq!(renderer.plan().notices, [""; 0]);
+    let mut scene = fields(3);
+    scene.materials[1].displacement.as_mut().unwrap().source = HeightSource::Procedure(Procedure::Waves);
+    let (ctx, mixed) = self::renderer(&scene, &Settings::default());
+    ctx.check_validation().unwrap();
+    let mut counts: Vec<usize> = reads(&mixed).iter().map(others).collect();
+    counts.sort_unstable();
+    assert_eq!(counts, [0, 2], "a function in the middle takes no sampler");
     let (_, alone) = self::renderer(&fields(1), &Settings::default());
     assert_eq!(reads(&alone).iter().map(others).collect::<Vec<_>>(), [0], "a lone field reads no other");
 }

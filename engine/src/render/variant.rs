@@ -3,7 +3,7 @@
 
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
-use crate::scene::Wrap;
+use crate::scene::{Procedure, Wrap};
 use crate::settings::{March, Stage};
 use crate::shell::prisms::MAX_OTHERS;
 
@@ -18,6 +18,17 @@ pub const TEXTURE_NAMES: [&str; 5] =
 /// The descriptor names of the maps of other fields, in their order.
 pub const OTHER_NAMES: [&str; MAX_OTHERS] =
     ["other_map_0", "other_map_1", "other_map_2", "other_map_3", "other_map_4", "other_map_5", "other_map_6"];
+
+/// The defines that name the functions among them.
+const OTHER_PROCEDURE_DEFINES: [&str; MAX_OTHERS] = [
+    "OTHER_0_PROCEDURE",
+    "OTHER_1_PROCEDURE",
+    "OTHER_2_PROCEDURE",
+    "OTHER_3_PROCEDURE",
+    "OTHER_4_PROCEDURE",
+    "OTHER_5_PROCEDURE",
+    "OTHER_6_PROCEDURE",
+];
 
 /// What generates a draw's fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,13 +55,17 @@ impl Geometry {
     }
 }
 
-/// The height map's part in a variant.
+/// The height field's part in a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Height {
+    /// The function that gives the heights; none where a map does.
+    pub procedure: Option<Procedure>,
     /// Wrap of u and v.
     pub wrap: [Wrap; 2],
     /// Height fields of neighbours that the walls of its prisms meet, besides its own.
     pub others: u8,
+    /// Functions that give the heights of these, in their order; none where a map does.
+    pub other_procedures: [Option<Procedure>; MAX_OTHERS],
     /// The search.
     pub march: March,
     /// Discard outside the primitive's UV bounds.
@@ -70,7 +85,7 @@ pub struct Variant {
     pub geometry: Geometry,
     /// UV set of each texture that the material has.
     pub textures: [Option<u8>; 5],
-    /// Height map, if the draw reads one.
+    /// Height field, if the draw reads one.
     pub height: Option<Height>,
     /// alphaMode MASK.
     pub alpha_mask: bool,
@@ -164,7 +179,13 @@ impl Variant {
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));
             }
-            defines.extend(wrap_defines(height.wrap));
+            for (name, procedure) in OTHER_PROCEDURE_DEFINES.into_iter().zip(height.other_procedures) {
+                defines.extend(procedure.map(|procedure| (name, procedure_constant(procedure))));
+            }
+            match height.procedure {
+                Some(procedure) => defines.push(procedure_define(procedure)),
+                None => defines.extend(wrap_defines(height.wrap)),
+            }
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
             if let Some(set) = set {
@@ -173,6 +194,16 @@ impl Variant {
         }
         defines
     }
+}
+
+/// Which function gives the heights, as `shaders/shell/procedures.glsl` wants to know it.
+pub fn procedure_define(procedure: Procedure) -> (&'static str, String) {
+    ("HEIGHT_PROCEDURE", procedure_constant(procedure))
+}
+
+/// A procedure's name in `shaders/shell/procedures.glsl`.
+fn procedure_constant(procedure: Procedure) -> String {
+    format!("PROCEDURE_{}", procedure.name().to_uppercase())
 }
 
 /// How the height map wraps, as the shaders' `HEIGHT_WRAP_U` and `HEIGHT_WRAP_V` say it.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Mesh, Primitive, Scene, camera, light};
+use super::{HeightSource, Mesh, Primitive, Scene, camera, light};
 
 impl Scene {
     /// The lowest and highest corner, in world space, of everything drawn: base surfaces and all that their
@@ -30,12 +30,15 @@ impl Scene {
         bounds
     }
 
-    /// The lowest and highest `t` of a primitive's surface over all of its height map: `(h - midlevel) · scale`. Both
+    /// The lowest and highest `t` of a primitive's surface over all of its height field: `(h - midlevel) · scale`. Both
     /// are zero for a plain surface.
     pub fn displacement_range(&self, primitive: &Primitive) -> (f64, f64) {
         match &self.materials[primitive.material].displacement {
             Some(displacement) => {
-                let (low, high) = self.height_maps[displacement.map].min_max();
+                let (low, high) = match displacement.source {
+                    HeightSource::Map(map) => self.height_maps[map].min_max(),
+                    HeightSource::Procedure(procedure) => procedure.extent().into(),
+                };
                 let t = |height: f64| (height - displacement.midlevel) * primitive.displacement_scale;
                 (t(low), t(high))
             }

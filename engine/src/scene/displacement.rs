@@ -1,10 +1,11 @@
 //! The `displacement` extras of a material (DESIGN section 2).
 
+use glam::DAffine2;
 use gltf::json::{Index, extras::RawValue};
 use serde_json::{Map, Value};
 
 use super::{
-    Displacement,
+    Displacement, HeightSource, Procedure, Wrap,
     document::Document,
     image::Images,
     texture::{self, Info, TRANSFORM},
@@ -31,8 +32,11 @@ pub(super) fn import(
         }
     };
     let fields = Fields { doc, by, path: "extras.displacement", fields: request };
-    fields.notice_unknown(&["texture", "scale", "relative", "midlevel", "border", "procedural"], notices);
-    let texture = texture(&fields, notices)?;
+    let source = source(&fields, notices)?;
+    // A texture brings its own.
+    let tex_coord = matches!(source, Source::Procedure(..)).then_some("texCoord");
+    let known = ["texture", "scale", "relative", "midlevel", "border", "procedural"].into_iter().chain(tex_coord);
+    fields.notice_unknown(&known.collect::<Vec<_>>(), notices);
     let scale = fields.number("scale")?.ok_or_else(|| {
         doc.error(
             by,
@@ -62,38 +66,67 @@ pub(super) fn import(
     let midlevel = fields.number("midlevel")?.unwrap_or(0.5);
 
     // Decoding comes last: a wrong number is told at once.
-    let (image, sampler) = texture::resolve(doc, by, ROLE, texture.index)?;
-    Ok(Some(Displacement {
-        map: images.height(image)?,
-        wrap: sampler.wrap,
-        tex_coord: texture.tex_coord,
-        transform: texture.transform,
-        scale,
-        relative,
-        midlevel,
-        border_wall,
-    }))
+    let (source, wrap, tex_coord, transform) = match source {
+        Source::Texture(texture) => {
+            let (image, sampler) = texture::resolve(doc, by, ROLE, texture.index)?;
+            (HeightSource::Map(images.height(image)?), sampler.wrap, texture.tex_coord, texture.transform)
+        }
+        Source::Procedure(procedure, tex_coord) => {
+            (HeightSource::Procedure(procedure), [Wrap::Repeat; 2], tex_coord, DAffine2::IDENTITY)
+        }
+    };
+    Ok(Some(Displacement { source, wrap, tex_coord, transform, scale, relative, midlevel, border_wall }))
+}
+
+/// Where the heights come from, before any image is decoded.
+enum Source {
+    Texture(Info),
+    /// With its UV set.
+    Procedure(Procedure, usize),
 }
 
 /// The source of the heights, of which there must be exactly one.
-fn texture(fields: &Fields, notices: &mut Vec<String>) -> Result<Info> {
+fn source(fields: &Fields, notices: &mut Vec<String>) -> Result<Source> {
     let Fields { doc, by, .. } = *fields;
     let texture = fields.object("texture")?;
     let procedural = fields.text("procedural")?;
     match (texture, procedural) {
-        (Some(texture), None) => texture_info(doc, by, texture, notices),
-        (None, Some(name)) => Err(doc.error(
-            by,
-            format!("no procedural height function '{name}' is built in yet"),
-            "give a height map as 'texture' instead",
-        )),
+        (Some(texture), None) => texture_info(doc, by, texture, notices).map(Source::Texture),
+        (None, Some(name)) => Ok(Source::Procedure(procedure(doc, by, name)?, uv_set(fields)?)),
         (Some(_), Some(_)) => {
             Err(doc.error(by, "its extras.displacement has both 'texture' and 'procedural'", "keep one of them"))
         }
         (None, None) => Err(doc.error(
             by,
             "its extras.displacement has neither 'texture' nor 'procedural'",
-            "give a height map as 'texture'",
+            "give a height map as 'texture', or a function's name as 'procedural'",
+        )),
+    }
+}
+
+fn procedure(doc: &Document, by: &str, name: &str) -> Result<Procedure> {
+    Procedure::ALL.into_iter().find(|procedure| procedure.name() == name).ok_or_else(|| {
+        let known: Vec<_> = Procedure::ALL.iter().map(|procedure| format!("\"{}\"", procedure.name())).collect();
+        doc.error(
+            by,
+            format!(
+                "its extras.displacement.procedural is '{name}', but the height functions are {}",
+                known.join(", ")
+            ),
+            "name one of them, or give a height map as 'texture'",
+        )
+    })
+}
+
+/// The UV set of a procedure.
+fn uv_set(fields: &Fields) -> Result<usize> {
+    match fields.index("texCoord")? {
+        None | Some(0) => Ok(0),
+        Some(1) => Ok(1),
+        Some(other) => Err(fields.doc.error(
+            fields.by,
+            format!("its extras.displacement reads TEXCOORD_{other}, but only UV sets 0 and 1 are supported"),
+            "move the coordinates to TEXCOORD_0 or TEXCOORD_1",
         )),
     }
 }

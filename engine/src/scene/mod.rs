@@ -15,6 +15,7 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod procedure;
 mod tangents;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ mod weld;
 pub use camera::frame;
 pub use import::load;
 pub(crate) use mesh::tangent_space;
+pub use procedure::Procedure;
 
 use std::path::PathBuf;
 
@@ -184,13 +186,13 @@ pub struct Material {
 /// The `displacement` extras of a material (DESIGN section 2).
 #[derive(Clone, Copy, Debug)]
 pub struct Displacement {
-    /// Index into [`Scene::height_maps`].
-    pub map: usize,
-    /// Wrap of u and v.
+    /// Where the heights come from.
+    pub source: HeightSource,
+    /// Wrap of u and v; repeats for a procedure, whose period is 1.
     pub wrap: [Wrap; 2],
     /// UV set, 0 or 1.
     pub tex_coord: usize,
-    /// `KHR_texture_transform` of the height texture: uv' = transform · uv.
+    /// `KHR_texture_transform` of the height texture: uv' = transform · uv; the identity for a procedure.
     pub transform: DAffine2,
     /// As in the file, ≥ 0: mesh units, or a factor where `relative`.
     pub scale: f64,
@@ -200,6 +202,33 @@ pub struct Displacement {
     pub midlevel: f64,
     /// Open borders are closed by a wall.
     pub border_wall: bool,
+}
+
+/// What gives the height at a UV.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HeightSource {
+    /// A height map: index into [`Scene::height_maps`].
+    Map(usize),
+    /// A built-in function.
+    Procedure(Procedure),
+}
+
+impl HeightSource {
+    /// The map's index, if it is one.
+    pub fn map(self) -> Option<usize> {
+        match self {
+            HeightSource::Map(map) => Some(map),
+            HeightSource::Procedure(_) => None,
+        }
+    }
+
+    /// The function, if it is one.
+    pub fn procedure(self) -> Option<Procedure> {
+        match self {
+            HeightSource::Map(_) => None,
+            HeightSource::Procedure(procedure) => Some(procedure),
+        }
+    }
 }
 
 /// A height map: red channel, linear, 8 or 16 bits as in its file.

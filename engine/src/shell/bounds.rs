@@ -1,5 +1,5 @@
-//! Conservative bounds of a height map over a box of texture coordinates (DESIGN section 5: tight bounds thin the
-//! shell).
+//! Conservative bounds of a height field over a box of texture coordinates (DESIGN section 5: tight bounds thin the
+//! shell). A procedure brings its own.
 //!
 //! A bilinear surface lies between the least and the greatest texel that it reads. A box of UV reads the texels from
 //! `floor(u n - 1/2)` to `floor(u n - 1/2) + 1`, wrapped one by one, so the bounds come from an exact range query over
@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 
 use glam::{DAffine2, DVec2, Vec2};
 
-use crate::scene::{HeightMap, HeightTexels, Wrap};
+use crate::scene::{Displacement, HeightMap, HeightSource, HeightTexels, Procedure, Scene, Wrap};
 
 /// Bounds grow by this share of themselves: f32 conversion and lerp of a shader may leave the texels' hull by 2 ulp.
 const VALUE_PAD: f32 = 3e-7;
@@ -20,6 +20,51 @@ const UV_PAD: f64 = 1e-6;
 
 /// The UV box grows by this much of a texel: fixed-point sampling positions of texture units (8 fractional bits).
 const TEXEL_PAD: f64 = 1.0 / 256.0;
+
+/// Room for the rounding of a procedure in f32, beyond that of its UVs.
+const PROCEDURE_PAD: f64 = 2e-6;
+
+/// A procedure's bounds are sought over so many parts of a box, along both axes: bounds of small boxes are tighter.
+const PARTS: u32 = 8;
+
+/// The bounds of whatever gives a displacement its heights.
+#[derive(Clone, Debug)]
+pub enum FieldBounds {
+    /// Of a map.
+    Map(HeightBounds),
+    /// Of a function.
+    Procedure(Procedure),
+}
+
+impl FieldBounds {
+    /// Those of `displacement`.
+    pub fn new(scene: &Scene, displacement: &Displacement) -> Self {
+        match displacement.source {
+            HeightSource::Map(map) => FieldBounds::Map(HeightBounds::new(&scene.height_maps[map], displacement.wrap)),
+            HeightSource::Procedure(procedure) => FieldBounds::Procedure(procedure),
+        }
+    }
+
+    /// Least and greatest height over a box of UV, padded for the rounding of f32 shaders.
+    pub fn over(&self, uv_min: DVec2, uv_max: DVec2) -> (f32, f32) {
+        match self {
+            FieldBounds::Map(bounds) => bounds.over(uv_min, uv_max),
+            FieldBounds::Procedure(procedure) => procedure_over(*procedure, uv_min, uv_max),
+        }
+    }
+}
+
+fn procedure_over(procedure: Procedure, uv_min: DVec2, uv_max: DVec2) -> (f32, f32) {
+    let pad = UV_PAD * uv_min.abs().max(uv_max.abs()).max(DVec2::ONE);
+    let part = (uv_max - uv_min + 2.0 * pad) / f64::from(PARTS);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (i, j) in (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))) {
+        let corner = |i: u32, j: u32| uv_min - pad + part * DVec2::new(f64::from(i), f64::from(j));
+        let [least, greatest] = procedure.bounds(corner(i, j), corner(i + 1, j + 1));
+        (low, high) = (low.min(least), high.max(greatest));
+    }
+    ((low - PROCEDURE_PAD) as f32, (high + PROCEDURE_PAD) as f32)
+}
 
 /// A min-max pyramid of one height map under one pair of wrap modes.
 #[derive(Clone, Debug)]
@@ -225,6 +270,33 @@ mod tests {
         assert!(bounds.over(near(4.6) + 3.0, near(5.9) + 3.0).1 < 0.21);
         assert!(bounds.over(near(4.6), near(10.6)).1 >= 1.0, "the next tile's peak");
         assert!(bounds.over(near(0.0), near(8.0)).0 > 0.19);
+    }
+
+    #[test]
+    fn a_procedure_s_bounds_contain_it_and_thin_the_shell() {
+        let mut seed = 11u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for procedure in Procedure::ALL {
+            let bounds = FieldBounds::Procedure(procedure);
+            let (mut loose, mut tight) = (0.0, 0.0);
+            for _ in 0..300 {
+                let min = DVec2::new(next(), next()) * 8.0 - 4.0;
+                let extent = DVec2::new(next(), next()) * 0.2;
+                let (lo, hi) = bounds.over(min, min + extent);
+                let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+                for (i, j) in (0..=64).flat_map(|i| (0..=64).map(move |j| (i, j))) {
+                    let h = procedure.height(min + extent * DVec2::new(f64::from(i), f64::from(j)) / 64.0);
+                    (least, most) = (least.min(h), most.max(h));
+                }
+                assert!(f64::from(lo) <= least && f64::from(hi) >= most, "{procedure:?} {min} {extent}");
+                loose += f64::from(hi - lo);
+                tight += most - least;
+            }
+            assert!(loose < 1.25 * tight, "{procedure:?}: {loose} for {tight}");
+        }
     }
 
     #[test]

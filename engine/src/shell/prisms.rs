@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::{DVec2, Vec2};
 
-use super::bounds::HeightBounds;
-use crate::scene::{Displacement, Mesh, Primitive, Scene, Wrap};
+use super::bounds::FieldBounds;
+use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Scene, Wrap};
 
 /// How the surface goes on across a wall. The numbers are those of `shaders/shell/march.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,14 +45,14 @@ pub struct Prism {
     pub plain: bool,
 }
 
-/// Most height fields of its neighbours, besides its own, that a primitive reads: one sampler each.
+/// Most height fields of its neighbours, besides its own, that a primitive reads: one sampler each, or a function.
 pub const MAX_OTHERS: usize = 7;
 
 /// What gives a primitive's levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
-    /// Index into [`Scene::height_maps`].
-    pub map: usize,
+    /// Where the heights come from.
+    pub source: HeightSource,
     /// Wrap of u and v.
     pub wrap: [Wrap; 2],
     /// Mesh units.
@@ -103,7 +103,7 @@ pub fn displacement(scene: &Scene, primitive: &Primitive) -> Option<Displacement
 /// A displaced primitive's field.
 fn field(scene: &Scene, primitive: &Primitive) -> Option<Field> {
     let d = displacement(scene, primitive)?;
-    Some(Field { map: d.map, wrap: d.wrap, scale: primitive.displacement_scale, midlevel: d.midlevel })
+    Some(Field { source: d.source, wrap: d.wrap, scale: primitive.displacement_scale, midlevel: d.midlevel })
 }
 
 /// Height map coordinates of every vertex; see [`ShellGeometry::height_uv`].
@@ -147,7 +147,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
     let traced = connected(mesh, |p| p.triangles.iter().any(|t| displaced(p, *t)));
     let edges = edges(mesh);
-    let mut bounds: HashMap<(usize, [Wrap; 2]), HeightBounds> = HashMap::new();
+    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
     let ranges: Vec<Vec<[f64; 2]>> = mesh
         .primitives
@@ -157,8 +157,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             let Some(d) = displacement(scene, primitive) else {
                 return Vec::new();
             };
-            let bounds =
-                bounds.entry((d.map, d.wrap)).or_insert_with(|| HeightBounds::new(&scene.height_maps[d.map], d.wrap));
+            let bounds = bounds.entry((d.source, d.wrap)).or_insert_with(|| FieldBounds::new(scene, &d));
             let level = |h: f32| (f64::from(h) - d.midlevel) * primitive.displacement_scale;
             let range = |triangle: &[u32; 3]| {
                 let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());

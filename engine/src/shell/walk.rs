@@ -115,7 +115,7 @@ fn lids(primitive: &Primitive, geometry: &ShellGeometry) -> Vec<[f64; 2]> {
 fn irregular(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) -> Vec<bool> {
     let mut leaning = HashSet::new();
     for triangle in &primitive.triangles {
-        for side in 0..2 {
+        for side in [0, 1] {
             let corner = |v: u32| {
                 let v = v as usize;
                 primitive.positions[v].as_dvec3() + lids[v][side] * shell[v].as_dvec3()

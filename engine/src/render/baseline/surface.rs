@@ -5,25 +5,47 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::render::plan::{PlannedPrimitive, source};
-use crate::scene::{Displacement, Scene, Wrap};
+use crate::scene::{Displacement, HeightMap, HeightSource, Procedure, Scene, Wrap};
 use crate::shell::prisms::displacement;
 
 /// Two sides of an edge whose heights differ by less than this, of the height range, are one surface.
 const SAME_HEIGHT: f64 = 1e-9;
 
+/// What gives the heights.
+enum Heights {
+    Map(MapHeights),
+    Procedure(Procedure),
+}
+
+impl Heights {
+    fn new(scene: &Scene, displacement: &Displacement) -> Self {
+        match displacement.source {
+            HeightSource::Map(map) => Heights::Map(MapHeights::new(&scene.height_maps[map], displacement.wrap)),
+            HeightSource::Procedure(procedure) => Heights::Procedure(procedure),
+        }
+    }
+
+    /// The height at `uv`, and its derivatives.
+    fn at(&self, uv: DVec2) -> (f64, DVec2) {
+        match self {
+            Heights::Map(map) => map.at(uv),
+            Heights::Procedure(procedure) => (procedure.height(uv), procedure.gradient(uv)),
+        }
+    }
+}
+
 /// A height map in f32, at mip 0 and bilinear, as the shaders read it.
-struct Heights {
+struct MapHeights {
     size: [i64; 2],
     texels: Vec<f32>,
     wrap: [Wrap; 2],
 }
 
-impl Heights {
-    fn new(scene: &Scene, displacement: &Displacement) -> Self {
-        let map = &scene.height_maps[displacement.map];
+impl MapHeights {
+    fn new(map: &HeightMap, wrap: [Wrap; 2]) -> Self {
         let rows = 0..map.height;
         let texels = rows.flat_map(|y| (0..map.width).map(move |x| map.height(x, y) as f32)).collect();
-        Heights { size: [map.width, map.height].map(i64::from), texels, wrap: displacement.wrap }
+        MapHeights { size: [map.width, map.height].map(i64::from), texels, wrap }
     }
 
     fn texel(&self, at: [i64; 2]) -> f64 {

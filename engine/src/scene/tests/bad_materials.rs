@@ -43,9 +43,14 @@ fn requests_that_make_no_sense() {
     Gltf::quad().remove("/materials/0/extras/displacement/scale").fails(wall, "has no 'scale'");
     Gltf::quad().remove("/materials/0/extras/displacement/texture").fails(wall, "neither 'texture' nor");
     Gltf::quad().remove("/materials/0/extras/displacement/texture/index").fails(wall, "has no 'index'");
-    displaced("procedural", json!("bricks"))
-        .remove("/materials/0/extras/displacement/texture")
-        .fails(wall, "no procedural height function 'bricks' is built in yet");
+    let mut procedural = displaced("procedural", json!("brick"));
+    procedural.remove("/materials/0/extras/displacement/texture");
+    let problem = "procedural is 'brick', but the height functions are \"bricks\", \"cobbles\", \"waves\"";
+    procedural.fails(wall, problem);
+    procedural.set("/materials/0/extras/displacement/procedural", json!("bricks"));
+    procedural.set("/materials/0/extras/displacement/texCoord", json!(2)).fails(wall, "reads TEXCOORD_2");
+    procedural.set("/materials/0/extras/displacement/texCoord", json!("1")).fails(wall, "displacement.texCoord");
+    procedural.set("/materials/0/extras/displacement/texCoord", json!(1)).fails("mesh 0 'Quad'", "has no TEXCOORD_1");
     displaced("texture", json!({ "index": 0, "texCoord": 2 })).fails(wall, "reads TEXCOORD_2");
     let transformed =
         |transform| displaced("texture", json!({ "index": 0, "extensions": { "KHR_texture_transform": transform } }));
@@ -65,6 +70,7 @@ fn numbers_beyond_all_bounds() {
 
 #[test]
 fn unknown_keys_are_told() {
+    displaced("texCoord", json!(1)).notes("material 0 'wall': extras.displacement.texCoord is not known");
     displaced("tiles", json!(3)).notes("material 0 'wall': extras.displacement.tiles is not known");
     displaced("texture", json!({ "index": 0, "scale": 2 })).notes("extras.displacement.texture.scale is not known");
     displaced("texture", json!({ "index": 0, "extensions": { "X": {} } })).notes("texture.extensions.X is not known");

@@ -7,7 +7,7 @@ use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb};
 use serde_json::json;
 
 use super::{Folder, Gltf, data_uri, encode, from_bytes, grey_png};
-use crate::scene::{HeightTexels, LightKind, Projection, Wrap, load};
+use crate::scene::{HeightSource, HeightTexels, LightKind, Procedure, Projection, Wrap, load};
 
 #[test]
 fn the_quad_in_both_containers() {
@@ -27,7 +27,8 @@ fn the_quad_in_both_containers() {
         assert_eq!(quad.displacement_scale, 0.5);
         let displacement = scene.materials[0].displacement.expect("displaced");
         assert_eq!((displacement.midlevel, displacement.border_wall, displacement.relative), (0.5, false, false));
-        let map = &scene.height_maps[displacement.map];
+        assert_eq!(displacement.source, HeightSource::Map(0));
+        let map = &scene.height_maps[0];
         assert_eq!((map.name.as_str(), map.width, map.height), ("steps", 2, 2));
         assert_eq!((map.height(1, 0), map.height(0, 1), map.min_max()), (0.2, 0.4, (0.0, 1.0)));
         assert_eq!(scene.instances.len(), 1);
@@ -90,6 +91,25 @@ fn wrap_modes_and_filters() {
         assert_eq!(material.displacement.expect("displaced").wrap, [Wrap::Repeat, wrap]);
         let sampler = material.emissive.expect("emissive").sampler;
         assert_eq!((sampler.wrap, sampler.nearest, sampler.no_mips), ([Wrap::Repeat, wrap], true, true));
+    }
+}
+
+#[test]
+fn a_procedure_reads_its_uv_set_and_no_image() {
+    for procedure in Procedure::ALL {
+        let mut gltf = Gltf::quad();
+        let displacement = json!({ "procedural": procedure.name(), "texCoord": 1, "scale": 0.5, "relative": true });
+        gltf.set("/materials/0/extras/displacement", displacement);
+        // UV set 1 has a quarter of set 0's area.
+        let uvs = gltf.floats("VEC2", &[[0.0, 0.5], [0.5, 0.5], [0.5, 0.0], [0.0, 0.0]]);
+        gltf.set("/meshes/0/primitives/0/attributes/TEXCOORD_1", json!(uvs)).set("/images/0/uri", json!("missing.png"));
+        let scene = gltf.loads();
+        let displacement = scene.materials[0].displacement.expect("displaced");
+        assert_eq!(displacement.source, HeightSource::Procedure(procedure));
+        assert_eq!((displacement.tex_coord, displacement.wrap), (1, [Wrap::Repeat; 2]));
+        assert!(scene.height_maps.is_empty() && scene.notices.is_empty(), "{:?}", scene.notices);
+        assert_eq!(scene.meshes[0].primitives[0].displacement_scale, 1.0);
+        assert_eq!(scene.displacement_range(&scene.meshes[0].primitives[0]), (-0.5, 0.5));
     }
 }
 

@@ -3,14 +3,16 @@
 //! materials, cameras, lights) and welds, folds, bounds, projects and samples by itself.
 //!
 //! What it finds is exact to f64 rounding: within each prism the ray's curved path through texture space is cut at
-//! every texel cell, and the first root of the degree-5 polynomial `W²(t - S(h))` is isolated in Bernstein form. Not
-//! modelled: `alphaMode` MASK (every surface is opaque) and procedural heights.
+//! every texel cell, and the first root of the degree-5 polynomial `W²(t - S(h))` is isolated in Bernstein form; under
+//! a procedural height the path is halved until the procedure's bounds clear it. Not modelled: `alphaMode` MASK (every
+//! surface is opaque).
 
 mod bezier;
 mod bvh;
 mod fold;
 mod height;
 mod prism;
+mod procedural;
 mod render;
 mod surface;
 mod wall;
@@ -24,7 +26,7 @@ pub use self::render::Shadows;
 use self::{
     height::HeightField,
     prism::{Accept, Found, Ray},
-    surface::Surface,
+    surface::{Surface, height_fields},
 };
 use crate::scene::{Light, Scene};
 
@@ -82,7 +84,7 @@ impl Reference {
     /// Welds and folds every mesh of `scene` and builds a hierarchy over its prisms, in mesh space. Instances whose
     /// transform flattens space are left out: their surfaces have no inside.
     pub fn new(scene: &Scene) -> Self {
-        let fields: Vec<HeightField> = scene.height_maps.iter().map(HeightField::new).collect();
+        let fields = height_fields(scene);
         let surfaces = scene.meshes.iter().map(|mesh| Surface::new(scene, mesh, &fields)).collect();
         let placed = |(index, instance): (usize, &crate::scene::Instance)| {
             let linear = instance.transform.matrix3;

@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::{
     bezier::{Quadratic, SignSweep, blossom, product, quadratic_roots, restrict},
-    height::HeightField,
+    height::{HeightField, Texels},
+    procedural,
     surface::{Facet, Relief},
 };
 
@@ -94,8 +95,12 @@ pub(super) fn hit(
     let Some(relief) = &facet.relief else { return plain(ray, facet, index, accept) };
     let mut best = None;
     for path in paths(ray, facet, relief) {
-        let search = Search { ray, facet, relief, field: &fields[relief.field], accept, path };
-        if let Some(found) = search.first_hit() {
+        let search = Search { ray, facet, relief, accept, path };
+        let found = match &fields[relief.field] {
+            HeightField::Map(map) => search.first_hit(map),
+            HeightField::Procedure(procedure) => procedural::first_hit(&search, *procedure),
+        };
+        if let Some(found) = found {
             accept.range[1] = found.distance;
             best = Some(Found { facet: index, ..found });
         }
@@ -126,11 +131,11 @@ fn plain(ray: &Ray, facet: &Facet, index: usize, accept: Accept) -> Option<Found
 }
 
 /// A stretch of a ray inside a prism, from its near to its far end, over [0, 1].
-struct Path {
+pub(super) struct Path {
     /// s_k, whose shares of their sum are the λ_k.
-    s: [Quadratic; 3],
+    pub(super) s: [Quadratic; 3],
     /// t at both ends; linear between.
-    t: [f64; 2],
+    pub(super) t: [f64; 2],
 }
 
 /// All stretches of a ray inside a prism.
@@ -211,13 +216,13 @@ fn chords(ray: &Ray, facet: &Facet, [lo, hi]: [f64; 2], wide: &[Quadratic; 3], s
         .collect()
 }
 
-fn total(s: &[Quadratic; 3]) -> Quadratic {
+pub(super) fn total(s: &[Quadratic; 3]) -> Quadratic {
     std::array::from_fn(|i| s[0][i] + s[1][i] + s[2][i])
 }
 
 impl Path {
     /// λ, t at a parameter.
-    fn at(&self, x: f64) -> ([f64; 3], f64) {
+    pub(super) fn at(&self, x: f64) -> ([f64; 3], f64) {
         let s = self.s.map(|s| blossom(s, x, x));
         let sum: f64 = s.iter().sum();
         (s.map(|s| s / sum), self.t[0] + (self.t[1] - self.t[0]) * x)
@@ -225,18 +230,17 @@ impl Path {
 }
 
 /// One stretch of a ray and the height field it may cross.
-struct Search<'a> {
-    ray: &'a Ray,
-    facet: &'a Facet,
-    relief: &'a Relief,
-    field: &'a HeightField,
-    accept: Accept,
-    path: Path,
+pub(super) struct Search<'a> {
+    pub(super) ray: &'a Ray,
+    pub(super) facet: &'a Facet,
+    pub(super) relief: &'a Relief,
+    pub(super) accept: Accept,
+    pub(super) path: Path,
 }
 
 impl Search<'_> {
     /// The first crossing that counts.
-    fn first_hit(&self) -> Option<Found> {
+    fn first_hit(&self, map: &Texels) -> Option<Found> {
         let s = &self.path.s;
         let along =
             |values: [f64; 3]| -> Quadratic { std::array::from_fn(|i| (0..3).map(|k| s[k][i] * values[k]).sum()) };
@@ -248,15 +252,21 @@ impl Search<'_> {
         cuts.sort_unstable_by(f64::total_cmp);
         let mut sweep = SignSweep::default();
         let mut pieces = cuts.iter().zip(&cuts[1..]).filter(|(a, b)| a < b);
-        pieces.find_map(|(a, b)| self.cell_hit([u, v, w], [*a, *b], &mut sweep))
+        pieces.find_map(|(a, b)| self.cell_hit(map, [u, v, w], [*a, *b], &mut sweep))
     }
 
     /// The first crossing that counts within `[a, b]`, where the path `u / w`, `v / w` stays in one cell.
-    fn cell_hit(&self, [u, v, w]: [Quadratic; 3], [a, b]: [f64; 2], sweep: &mut SignSweep) -> Option<Found> {
-        let &Search { ray, facet, relief, field, accept, ref path } = self;
+    fn cell_hit(
+        &self,
+        map: &Texels,
+        [u, v, w]: [Quadratic; 3],
+        [a, b]: [f64; 2],
+        sweep: &mut SignSweep,
+    ) -> Option<Found> {
+        let &Search { ray, facet, relief, accept, ref path } = self;
         let value = |c: Quadratic| blossom(c, 0.5 * (a + b), 0.5 * (a + b));
         let (i, j) = ((value(u) / value(w)).floor(), (value(v) / value(w)).floor());
-        let cell = field.cell(i as i64 + relief.base[0], j as i64 + relief.base[1], relief.wrap);
+        let cell = map.cell(i as i64 + relief.base[0], j as i64 + relief.base[1], relief.wrap);
         let surface = |h: f64| (h - relief.midlevel) * relief.scale;
         let mut result = None;
         let mut found = |x: f64, above: bool| {

@@ -9,9 +9,9 @@ use super::{
     fold::{Candidate, Weld, factors},
     height::HeightField,
 };
-use crate::scene::{Displacement, Mesh, Primitive, Scene, Wrap};
+use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Procedure, Scene, Wrap};
 
-/// The height map on one triangle.
+/// The height field on one triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relief {
     /// Index into the reference's height fields.
@@ -168,7 +168,7 @@ fn hull(positions: &[DVec3], lifts: &[DVec3], t_range: [f64; 2]) -> Aabb {
 }
 
 fn exact_range(relief: &Relief, fields: &[HeightField]) -> [f64; 2] {
-    let [lo, hi] = fields[relief.field].extent.map(|h| (h - relief.midlevel) * relief.scale);
+    let [lo, hi] = fields[relief.field].extent().map(|h| (h - relief.midlevel) * relief.scale);
     [lo.min(0.0), hi.max(0.0)]
 }
 
@@ -188,11 +188,12 @@ fn facet(scene: &Scene, primitive: &Primitive, id: [usize; 2], fields: &[HeightF
     };
     let scale = displacement.map_or(0.0, |d| mesh_units(d, primitive));
     if let Some(d) = displacement.filter(|_| scale > 0.0) {
-        let [width, height] = fields[d.map].size();
+        let field = field_of(scene, d.source);
+        let [width, height] = fields[field].size();
         let texel = facet.uv.map(|uv| d.transform.transform_point2(uv) * DVec2::new(width, height) - 0.5);
         let base = texel[0].min(texel[1]).min(texel[2]).floor();
         let mut relief = Relief {
-            field: d.map,
+            field,
             wrap: d.wrap,
             texel: texel.map(|x| x - base),
             base: [base.x as i64, base.y as i64],
@@ -207,6 +208,19 @@ fn facet(scene: &Scene, primitive: &Primitive, id: [usize; 2], fields: &[HeightF
         facet.relief = Some(relief);
     }
     facet
+}
+
+/// All height fields of a scene: its maps, then every procedure.
+pub(super) fn height_fields(scene: &Scene) -> Vec<HeightField> {
+    scene.height_maps.iter().map(HeightField::new).chain(Procedure::ALL.map(HeightField::Procedure)).collect()
+}
+
+/// Index among [`height_fields`].
+fn field_of(scene: &Scene, source: HeightSource) -> usize {
+    match source {
+        HeightSource::Map(map) => map,
+        HeightSource::Procedure(procedure) => scene.height_maps.len() + procedure as usize,
+    }
 }
 
 /// The scale in mesh units: `relative` ones follow the primitive's ratio of mesh to UV area.
@@ -268,7 +282,7 @@ fn walls(scene: &Scene, mesh: &Mesh, facets: &[Facet], welds: &[[usize; 3]], fie
             if let (Some(relief), Some(displacement)) = (&facet.relief, &material.displacement)
                 && displacement.border_wall
             {
-                let floor = (fields[relief.field].extent[0] - relief.midlevel) * relief.scale;
+                let floor = (fields[relief.field].extent()[0] - relief.midlevel) * relief.scale;
                 walls.extend(wall(side, Outer::Floor(floor)));
             }
         }

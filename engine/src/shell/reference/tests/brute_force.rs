@@ -131,3 +131,26 @@ fn rays_along_a_level_of_a_curved_prism_are_exact_at_every_tilt() {
     }
     assert!(hits > 100, "{hits}");
 }
+
+#[test]
+fn procedures_on_curved_prisms_hide_no_crossing_and_invent_none() {
+    let mut random = Random(47);
+    for procedure in Procedure::ALL {
+        let mut hits = 0;
+        for _ in 0..20 {
+            let mut scene = curved_prism(&mut random);
+            let displacement = scene.materials[0].displacement.as_mut().expect("displaced");
+            displacement.source = HeightSource::Procedure(procedure);
+            let reference = Reference::new(&scene);
+            let facet = reference.surfaces[0].facets[0];
+            for _ in 0..10 {
+                let a = random.within(0.05, 0.9);
+                let through = facet.point([1.0 - a, 0.7 * a, 0.3 * a], random.within(-0.1, 0.16));
+                let mut way = random.direction();
+                way.z *= random.next().powi(2);
+                hits += u32::from(compare(&reference, through - way, 2.0 * way));
+            }
+        }
+        assert!(hits > 60, "{procedure:?}: {hits}");
+    }
+}

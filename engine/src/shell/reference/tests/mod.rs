@@ -3,6 +3,7 @@
 mod brute_force;
 mod closed_form;
 mod micro_mesh;
+mod procedures;
 mod seams;
 mod watertight;
 
@@ -12,7 +13,8 @@ use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::{Reference, Shadows};
 use crate::scene::{
-    Camera, Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Projection, Scene, Wrap,
+    Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure,
+    Projection, Scene, Wrap,
 };
 
 /// A mesh of one primitive. Welded ids and shell normals stay empty: the reference makes its own.
@@ -36,7 +38,7 @@ pub(super) fn material(displacement: Option<Displacement>) -> Material {
 
 pub(super) fn displacement(scale: f64, midlevel: f64) -> Displacement {
     Displacement {
-        map: 0,
+        source: HeightSource::Map(0),
         wrap: [Wrap::Repeat; 2],
         tex_coord: 0,
         transform: DAffine2::IDENTITY,

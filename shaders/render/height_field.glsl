@@ -1,0 +1,22 @@
+// The draw's height field: a procedure, or our height map with its pyramid.
+#ifndef RENDER_HEIGHT_FIELD_GLSL
+#define RENDER_HEIGHT_FIELD_GLSL
+
+#ifdef HEIGHT_PROCEDURE
+#include "shell/procedures.glsl"
+#ifdef MARCH_EXACT
+#include "shell/exact_procedural.glsl"
+#endif
+#else
+layout(set = 1, binding = 3) uniform sampler2D height_map;
+#define HEIGHT_MAP height_map
+#include "shell/height.glsl"
+
+vec2 height_size() {
+    return material.height_size.xy;
+}
+
+#include "render/pyramid_access.glsl"
+#endif
+
+#endif
