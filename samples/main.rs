@@ -2,10 +2,11 @@
 
 mod app;
 mod bench;
+mod cloth;
 mod prism_shell;
 mod stability;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
-    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability])
+    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability, &cloth::Cloth])
 }

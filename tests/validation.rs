@@ -16,6 +16,15 @@ fn quiet(scene: &str, flags: &str) {
     assert!(!outcome.stderr.to_lowercase().contains("validation"), "{outcome}");
 }
 
+/// The same of a sample, over several frames.
+#[track_caller]
+fn runs_quietly(sample: &str, flags: &str) {
+    let folder = folder();
+    let call = draw("run", sample).words("--headless --size 64x48").words(flags).within(folder.path());
+    let outcome = call.succeeds();
+    assert!(!outcome.stderr.to_lowercase().contains("validation"), "{outcome}");
+}
+
 #[test]
 fn every_scene_in_both_stages() {
     for scene in SCENES {
@@ -48,6 +57,16 @@ fn frames_in_a_row_with_queries() {
     for stage in STAGES {
         quiet("cube", &format!("--stage {stage} --frames 4 --stats --csv a.csv"));
     }
+}
+
+#[test]
+fn frames_of_a_mesh_that_changes_shape() {
+    for stage in STAGES {
+        for shell in ["walk", "prism"] {
+            runs_quietly("cloth", &format!("--stage {stage} --shell {shell} --frames 3 --time-step 0.4 --stats"));
+        }
+    }
+    runs_quietly("cloth", "--shell off --frames 2 --time-step 0.4");
 }
 
 #[test]

@@ -3,7 +3,10 @@
 use prism_engine::{
     error::Result,
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
-    render::{self, Features, Output, Renderer},
+    render::{
+        self, Features, Output, Renderer,
+        deform::{Pose, Vectors},
+    },
 };
 
 use super::{
@@ -169,7 +172,11 @@ impl<'a> Drawing<'a> {
             self.renderer.set_instance_transform(instance, transform);
         }
         self.pending[slot] = measured;
-        let timers = self.timers.as_mut().filter(|_| measured.is_some());
+        let mut timers = self.timers.as_mut().filter(|_| measured.is_some());
+        for (mesh, positions) in &moment.poses {
+            let pose = Pose { positions: Vectors::Slice(positions), normals: None };
+            self.renderer.deform(cmd, slot, *mesh, &pose, timers.as_deref_mut())?;
+        }
         self.renderer.record(cmd, slot, &moment.pose.camera, target, timers)
     }
 

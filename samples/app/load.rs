@@ -27,11 +27,14 @@ pub fn load(job: &Job<'_>, frames: u64) -> Result<Vec<Loaded>> {
 fn load_one(job: &Job<'_>, file: &Path) -> Result<Loaded> {
     let size = job.common.session.size;
     let aspect = f64::from(size.width) / f64::from(size.height);
-    let scene = scene::load(file)?.with_defaults(aspect);
+    let mut scene = scene::load(file)?.with_defaults(aspect);
     for notice in &scene.notices {
         console::notice(notice);
     }
     let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
     let start = camera::start(&job.common.camera, &scene, &base)?;
+    for (mesh, _) in job.sample.at(&scene, &start, 0.0).poses {
+        scene.meshes[mesh].deforms = true;
+    }
     Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use prism_engine::{
     aov::Aov,
     error::Result,
@@ -113,12 +113,15 @@ pub struct Moment {
     pub pose: Pose,
     /// Instances (indices into `Scene::instances`) that have moved, and where to.
     pub transforms: Vec<(usize, DAffine3)>,
+    /// Meshes (indices into `Scene::meshes`) that change shape, and the positions of all vertices of their primitives.
+    /// At every time the same meshes.
+    pub poses: Vec<(usize, Vec<Vec3>)>,
 }
 
 impl Moment {
     /// Nothing but the camera has moved.
     pub fn still(pose: Pose) -> Moment {
-        Moment { pose, transforms: Vec::new() }
+        Moment { pose, transforms: Vec::new(), poses: Vec::new() }
     }
 }
 

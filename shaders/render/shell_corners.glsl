@@ -39,9 +39,11 @@ uint outlined_prism(uint index) {
 // The outline of the draw's item `index`.
 Outline outline_of(uint index) {
     vec4 corners[6];
-    prism_corners(objects.item[draw.object], prisms.item[outlined_prism(index)], corners);
+    PrismData data = prisms.item[outlined_prism(index)];
+    prism_corners(objects.item[draw.object], data, corners);
 #ifdef WALK_BORDERS
-    if (index >= draw.border_count) {
+    bool border = bitfieldExtract(data.corners.w, 26, 1) != 0u;
+    if (!border) {
         float nearest = corners[0].w;
         for (int i = 1; i < 6; ++i) {
             nearest = min(nearest, corners[i].w);

@@ -11,11 +11,15 @@ use std::{
     sync::Arc,
 };
 
+use glam::Vec3;
 use prism_engine::{
     aov::Aov,
     error::Result,
     gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, Shader, ShaderCompiler, ShaderStage, vk},
-    render::{self, Output, Renderer},
+    render::{
+        self, Output, Renderer,
+        deform::{Pose, Vectors},
+    },
     scene::{self, Camera, Scene},
     settings::{Settings, Shell, Stage},
 };
@@ -94,9 +98,18 @@ pub struct Easel {
 impl Easel {
     /// One frame. A message of the validation layer is a failure.
     pub fn draw(&mut self, camera: &Camera) -> Aov {
+        self.draw_posed(camera, None)
+    }
+
+    /// The same, with a mesh in a pose of its own: its index and its positions.
+    pub fn draw_posed(&mut self, camera: &Camera, pose: Option<(usize, &[Vec3])>) -> Aov {
         let mut frame = self.frames.begin().expect("the last frame has run");
         self.slot = frame.slot();
         frame.cmd.image_barrier(&self.target, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
+        if let Some((mesh, positions)) = pose {
+            let pose = Pose { positions: Vectors::Slice(positions), normals: None };
+            self.renderer.deform(&mut frame.cmd, self.slot, mesh, &pose, None).expect("posed");
+        }
         self.renderer.record(&mut frame.cmd, self.slot, camera, &self.target, None).expect("recorded");
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));

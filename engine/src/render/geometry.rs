@@ -58,7 +58,8 @@ impl WalkData {
             lids: walk.lids.iter().map(|levels| DVec2::from_array(*levels).as_vec2()).collect(),
             borders: walk.borders.clone(),
             border_count: walk.border_count,
-            open: walk.is_open(),
+            // What a pose folds opens a border.
+            open: planned.deforms || walk.is_open(),
             meshlets: meshlets::build(&primitive.positions, &primitive.triangles, displaced),
         }
     }
@@ -71,6 +72,8 @@ impl PrimitiveData {
         let material = &scene.materials[primitive.material];
         let displacement = prisms::displacement(scene, primitive);
         let center = center(&scene.meshes[planned.mesh]);
+        // f32 keeps a deforming mesh's centre, so that the GPU rebases with one rounding, as is done here.
+        let center = if planned.deforms { center.as_vec3().as_dvec3() } else { center };
         let height_uv = match &displacement {
             Some(d) if planned.shell.height_uv.is_empty() => prisms::height_uvs(primitive, d),
             _ => planned.shell.height_uv.clone(),
@@ -161,6 +164,7 @@ fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
     let mut reach = [0.0; 2];
     if let Some(walk) = &planned.walk {
         packed |= u32::from(walk.irregular[index]) << 13;
+        packed |= u32::from(walk.is_border(index)) << 26;
         reach = walk.reach[index];
     }
     let [a, b, c] = prism.corners;

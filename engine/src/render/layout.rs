@@ -140,7 +140,7 @@ shared! {
     PrismData {
         /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain, then 1
         /// if irregular (walk); from bit 14 on 3 bits a wall for the neighbour's field, then 1 bit a wall if its surface
-        /// is hit from behind too.
+        /// is hit from behind too; bit 26 if a ray may enter otherwise than through lid and base (walk).
         corners: UVec4,
         /// Lowest and highest level of its surface and steps; for the walk, least base and greatest lid of its corners.
         range: Vec4,
@@ -184,10 +184,56 @@ shared! {
         count: u32,
         /// Prisms of the primitive: what a walk can cross.
         prism_count: u32,
-        /// Borders that are drawn wherever the near plane is.
-        border_count: u32,
         /// 1 where bases are drawn beside lids.
         bases: u32,
+    }
+    /// One vertex of a deforming mesh: what no pose changes.
+    DeformVertex {
+        /// Welded vertex and smoothing group.
+        ids: UVec4,
+        /// Texture coordinates that its tangent follows; z: handedness, 0 without a tangent.
+        tangent: Vec4,
+        /// Base and lid level.
+        levels: Vec4,
+    }
+    /// One triangle of a deforming mesh.
+    DeformTriangle {
+        /// Three vertices; w: 1 if its material displaces it.
+        corners: UVec4,
+        /// Triangle across each wall, or none.
+        across: UVec4,
+        /// Lowest and highest level of its map, 0 included.
+        range: Vec4,
+    }
+    /// One vertex of a deforming mesh in its pose.
+    DeformFrame {
+        /// Position, rebased to the mesh's centre.
+        position: Vec4,
+        /// Shading normal.
+        normal: Vec4,
+        /// Shading tangent and handedness.
+        tangent: Vec4,
+    }
+    /// Push constants of one pass over a deforming mesh.
+    DeformPass {
+        /// The mesh's centre.
+        center: Vec4,
+        /// Items of the pass.
+        count: u32,
+        /// The mesh's number of the primitive's first vertex or triangle.
+        first: u32,
+        /// Round of the fold rule.
+        round: u32,
+        /// Rounds of it.
+        rounds: u32,
+        /// Welded vertices of the mesh.
+        welds: u32,
+        /// Where the lists of corners around welded vertices begin.
+        weld_fans: u32,
+        /// Where those around smoothing groups begin.
+        smooth_fans: u32,
+        /// Where those around vertices begin.
+        vertex_fans: u32,
     }
 }
 
@@ -223,11 +269,16 @@ mod tests {
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let mut surface = shell.clone();
         surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        let none = Vec::new();
         let mut seen = BTreeSet::new();
-        for (path, stage, defines) in [
-            ("render/shell.frag", ShaderStage::Fragment, &shell),
-            ("render/surface.frag", ShaderStage::Fragment, &surface),
-            ("render/shell.mesh", ShaderStage::Mesh, &shell),
+        for (path, stage, defines, push) in [
+            ("render/shell.frag", ShaderStage::Fragment, &shell, Draw::MEMBERS),
+            ("render/surface.frag", ShaderStage::Fragment, &surface, Draw::MEMBERS),
+            ("render/shell.mesh", ShaderStage::Mesh, &shell, Draw::MEMBERS),
+            ("render/deform_write_vertices.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_folds.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_leans.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_write_prisms.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
         ] {
             let shader = compiler.compile(path, stage, defines).unwrap();
             for block in &shader.reflection.bindings {
@@ -237,6 +288,9 @@ mod tests {
                     "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
                     "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
+                    "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
+                    "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
+                    "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
                     "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
                     _ => continue,
                 };
@@ -247,10 +301,20 @@ mod tests {
                 }
                 seen.insert(block.name.clone());
             }
-            let draw = &shader.reflection.push_constants;
-            assert!(compare(draw, "draw.", Draw::MEMBERS) > 0, "{path}: push constants");
+            let block = if stage == ShaderStage::Compute { "deform." } else { "draw." };
+            assert!(compare(&shader.reflection.push_constants, block, push) > 0, "{path}: push constants");
         }
-        let all = ["FrameBlock", "MaterialBlock", "lights", "objects", "prisms", "vertices"];
+        let all = [
+            "FrameBlock",
+            "MaterialBlock",
+            "lights",
+            "mesh_vertices",
+            "objects",
+            "posed",
+            "prisms",
+            "triangles",
+            "vertices",
+        ];
         assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), all);
     }
 }

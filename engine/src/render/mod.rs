@@ -3,6 +3,7 @@
 
 mod aov;
 pub mod baseline;
+pub mod deform;
 mod geometry;
 pub mod layout;
 mod meshlets;
@@ -21,6 +22,7 @@ use glam::DAffine3;
 
 use self::aov::AovTargets;
 use self::baseline::Drawable;
+use self::deform::{Deformer, Pose};
 use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
 use self::resources::{Images, Primitive, Slot};
@@ -105,6 +107,8 @@ pub struct Renderer {
     images: Images,
     primitives: Vec<Primitive>,
     pipelines: HashMap<Variant, Pipeline>,
+    /// Of the meshes that change shape.
+    deformers: Vec<Deformer>,
     /// Set 1 of each draw.
     sets: Vec<DescriptorSet>,
     slots: Vec<Slot>,
@@ -141,6 +145,7 @@ impl Renderer {
             plan: Plan::default(),
             images: Images::default(),
             primitives: Vec::new(),
+            deformers: Vec::new(),
             pipelines: HashMap::new(),
             sets: Vec::new(),
             slots: Vec::new(),
@@ -170,10 +175,12 @@ impl Renderer {
                 primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, &plan, draw, &self.images)
             })
             .collect::<Result<Vec<_>>>()?;
+        let deformers = deform::deformers(&self.ctx, compiler, &self.scene, &plan, &primitives)?;
         self.slots.clear();
         self.settings = settings.clone();
         self.plan = plan;
         self.primitives = primitives;
+        self.deformers = deformers;
         self.sets = sets;
         Ok(())
     }
@@ -193,6 +200,31 @@ impl Renderer {
         self.transforms[instance] = transform;
     }
 
+    /// Gives a mesh whose [`crate::scene::Mesh::deforms`] is set a new shape, for this and all later frames: records the
+    /// passes that compute what depends on it. `slot` is that of the frame, which is recorded next.
+    ///
+    /// # Errors
+    /// A mesh that is not drawn or does not deform, or a pose with other than its number of vertices.
+    pub fn deform(
+        &mut self,
+        cmd: &mut CommandEncoder,
+        slot: usize,
+        mesh: usize,
+        pose: &Pose<'_>,
+        mut timers: Option<&mut PassTimers>,
+    ) -> Result<()> {
+        let deformer = self.deformers.iter_mut().find(|deformer| deformer.mesh == mesh);
+        let deformer = deformer.ok_or_else(|| Error::Usage(format!("mesh {mesh} is none of those that deform")))?;
+        if let Some(timers) = timers.as_deref_mut() {
+            timers.begin(cmd, slot, "deform");
+        }
+        let result = deformer.record(&self.ctx, cmd, slot, pose);
+        if let Some(timers) = timers {
+            timers.end(cmd);
+        }
+        result
+    }
+
     /// Records one frame. `slot` counts the frames in flight: what the frame last recorded with it reads is written
     /// anew. `target` is in the layout of [`Access::COLOR_WRITE`] before and after.
     pub fn record(
@@ -203,6 +235,10 @@ impl Renderer {
         target: &Image,
         mut timers: Option<&mut PassTimers>,
     ) -> Result<()> {
+        // Until it is told otherwise, a mesh stands as in its file.
+        for deformer in &mut self.deformers {
+            deformer.record_rest(&self.ctx, cmd, slot, &self.scene)?;
+        }
         let extent = target.extent();
         let view = View::new(camera, extent);
         self.resize(extent)?;
@@ -224,7 +260,9 @@ impl Renderer {
             .iter()
             .map(|draw| {
                 let primitive = &self.primitives[draw.primitive];
-                view.near_plane_meets(&self.transforms[draw.instance], primitive.center, primitive.extent)
+                // Where a pose reaches is known on the GPU only.
+                primitive.rest.is_some()
+                    || view.near_plane_meets(&self.transforms[draw.instance], primitive.center, primitive.extent)
             })
             .collect();
         let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
@@ -307,10 +345,8 @@ impl Renderer {
         cmd.bind_set(pipeline, 0, self.slots[slot].set(&draw.variant));
         cmd.bind_set(pipeline, 1, &self.sets[index]);
         let prism_count = draw.range.end;
-        let mut push =
-            layout::Draw { object: index as u32, count: prism_count, prism_count, border_count: 0, bases: 0 };
+        let mut push = layout::Draw { object: index as u32, count: prism_count, prism_count, bases: 0 };
         if let Some(walk) = &primitive.walk {
-            push.border_count = walk.border_count;
             push.bases = u32::from(walk.open || cut);
             if matches!(draw.variant.geometry, Geometry::Borders(_)) && !cut {
                 push.count = walk.border_count;

@@ -8,7 +8,7 @@ use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
-    certificate,
+    certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
     walk::WalkGeometry,
 };
@@ -39,6 +39,8 @@ pub struct PlannedPrimitive {
     pub walk: Option<WalkGeometry>,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// Its pose may change: what depends on that is the GPU's, and here all that can be displaced is.
+    pub deforms: bool,
 }
 
 /// The plan.
@@ -91,8 +93,13 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     let shell = settings.resolved_shell();
     // A baseline samples the shell's own surface.
     let shelled = shell != Shell::Off || settings.baseline.is_some();
+    // A baseline has its mesh made once.
+    let deforms = mesh.deforms && settings.baseline.is_none();
     if shelled && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
-        let folds = certificate::mesh_folds(scene, mesh);
+        let mut folds = certificate::mesh_folds(scene, mesh);
+        if deforms {
+            folds = Folds { factors: vec![1.0; mesh.shell_normals.len()], reduced: Vec::new(), plain: Vec::new() };
+        }
         if !folds.reduced.is_empty() {
             plan.notices.push(format!(
                 "mesh '{}': {} shell normals are shortened to keep prisms from folding, {} triangles stay plain",
@@ -117,7 +124,14 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
         let walks = shell == Shell::Walk && geometry.is_displaced();
         let walk = walks.then(|| WalkGeometry::new(primitive, &shell_normals, &geometry));
-        plan.primitives.push(PlannedPrimitive { mesh: index, primitive: p, shell: geometry, walk, shell_normals });
+        plan.primitives.push(PlannedPrimitive {
+            mesh: index,
+            primitive: p,
+            shell: geometry,
+            walk,
+            shell_normals,
+            deforms,
+        });
     }
     start
 }
@@ -147,6 +161,7 @@ fn plan_draws(
         lights: !scene.lights.is_empty(),
         aov,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
+        deforms: false,
     };
     let prisms = geometry.shell.prisms.len() as u32;
     let mut push = |variant: Variant, range: Range<u32>| {
@@ -168,7 +183,8 @@ fn plan_draws(
         let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
         if geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
-            push(Variant { geometry: Geometry::Lids(stage), height, double_sided: false, ..plain }, 0..prisms);
+            let deforms = geometry.deforms && stage == Stage::Mesh;
+            push(Variant { geometry: Geometry::Lids(stage), height, double_sided: false, deforms, ..plain }, 0..prisms);
             push(Variant { geometry: Geometry::Borders(stage), ..outlines }, 0..prisms);
         } else {
             push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);

@@ -211,13 +211,45 @@ pub struct Primitive {
     pub indices: Option<Buffer>,
     /// Drawn in place of its shell.
     pub micro_mesh: Option<Drawable>,
-    vertices: Buffer,
-    prisms: Option<Buffer>,
+    /// What its pose overwrites, as uploaded: of a primitive that deforms.
+    pub rest: Option<Rest>,
+    pub vertices: Buffer,
+    pub prisms: Option<Buffer>,
     material: Buffer,
     /// What the walk needs besides.
     pub walk: Option<Walk>,
     /// Half extents of a box around `center` that holds all of it, shell included.
     pub extent: DVec3,
+}
+
+/// A deforming primitive's buffers as its file has them.
+pub struct Rest {
+    pub vertices: Buffer,
+    pub vertex_count: u32,
+    pub prism_count: u32,
+    pub prisms: Option<Buffer>,
+    pub adjacency: Option<Buffer>,
+}
+
+impl Rest {
+    fn new(uploader: &mut Uploader, name: &str, data: &PrimitiveData) -> Result<Self> {
+        let mut upload = |what: &str, bytes: &[u8]| {
+            uploader.buffer(&format!("{name} {what} at rest"), vk::BufferUsageFlags::STORAGE_BUFFER, bytes)
+        };
+        Ok(Rest {
+            vertices: upload("vertices", bytemuck::cast_slice(&data.vertices))?,
+            vertex_count: data.vertices.len() as u32,
+            prism_count: data.prisms.len() as u32,
+            prisms: (!data.prisms.is_empty())
+                .then(|| upload("prisms", bytemuck::cast_slice(&data.prisms)))
+                .transpose()?,
+            adjacency: data
+                .walk
+                .as_ref()
+                .map(|walk| upload("adjacency", bytemuck::cast_slice(&walk.adjacency)))
+                .transpose()?,
+        })
+    }
 }
 
 /// A walked primitive's buffers, by their names in the shaders.
@@ -250,6 +282,11 @@ impl Walk {
         let meshlets = data.meshlets.meshlets.len() as u32;
         Ok(Walk { buffers, meshlets, border_count: data.border_count, open: data.open })
     }
+
+    /// Neighbour across each wall of each prism.
+    pub fn adjacency(&self) -> Option<&Buffer> {
+        self.buffers.iter().find(|(name, _)| *name == "adjacency").map(|(_, buffer)| buffer)
+    }
 }
 
 /// Uploads the primitives of a plan.
@@ -261,6 +298,8 @@ pub fn upload(
     settings: &Settings,
 ) -> Result<Vec<Primitive>> {
     use vk::BufferUsageFlags as U;
+    // The transfer is for the test of deforming meshes, which reads their vertices back.
+    let storage = U::STORAGE_BUFFER | U::TRANSFER_SRC;
     let mut uploader = Uploader::new(ctx)?;
     let primitives = plan
         .primitives
@@ -283,14 +322,16 @@ pub fn upload(
             let prisms = (!data.prisms.is_empty())
                 .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
                 .transpose()?;
+            let rest = planned.deforms.then(|| Rest::new(&mut uploader, &name, &data)).transpose()?;
             let walk = data.walk.as_ref().map(|walk| Walk::new(&mut uploader, &name, walk)).transpose()?;
             Ok(Primitive {
                 center: data.center,
+                rest,
                 walk,
                 extent: data.extent,
                 indices,
                 micro_mesh,
-                vertices: uploader.buffer(&format!("{name} vertices"), U::STORAGE_BUFFER, &data.vertices)?,
+                vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
                 prisms,
                 material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,
             })

@@ -43,7 +43,12 @@ fn scene() -> Scene {
     let texels = (0..64).map(|i| if (i + i / 8) % 2 == 0 { 0 } else { u16::MAX }).collect();
     Scene {
         file: "checkers".into(),
-        meshes: vec![Mesh { name: "square".into(), primitives: vec![primitive], shell_normals: vec![DVec3::Y; 4] }],
+        meshes: vec![Mesh {
+            name: "square".into(),
+            primitives: vec![primitive],
+            shell_normals: vec![DVec3::Y; 4],
+            deforms: false,
+        }],
         materials: vec![material],
         images: Vec::new(),
         height_maps: vec![HeightMap {

@@ -99,6 +99,8 @@ pub struct Variant {
     pub aov: bool,
     /// UV set of the AOV.
     pub aov_uv: u8,
+    /// Its stage skips the prisms that are plain in the mesh's pose.
+    pub deforms: bool,
 }
 
 impl Variant {
@@ -160,6 +162,7 @@ impl Variant {
         flag("MESH_STAGE", self.geometry.stage() == Some(Stage::Mesh));
         flag("WALK_LIDS", matches!(self.geometry, Geometry::Lids(_)));
         flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
+        flag("DEFORMS", self.deforms);
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);

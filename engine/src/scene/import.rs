@@ -58,7 +58,7 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
     for (index, &used) in use_of.meshes.iter().enumerate() {
         let name = doc.meshes[index].name.clone().unwrap_or_else(|| format!("mesh {index}"));
         let (primitives, shell_normals) = if used { importer.mesh(index)? } else { Default::default() };
-        meshes.push(Mesh { name, primitives, shell_normals });
+        meshes.push(Mesh { name, primitives, shell_normals, deforms: false });
     }
     let camera = camera::import(&doc, &reached)?;
     let lights = light::import(&doc, &reached)?;

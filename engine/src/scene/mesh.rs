@@ -261,7 +261,7 @@ impl Importer<'_> {
 
 /// The UV set and transform that tangents of a primitive must follow: the normal map's, else the height map's; nothing
 /// where no map needs tangents, or the primitive lacks the coordinates.
-fn tangent_space(material: &Material, primitive: &Primitive) -> Option<(usize, DAffine2)> {
+pub(crate) fn tangent_space(material: &Material, primitive: &Primitive) -> Option<(usize, DAffine2)> {
     let normal = material.normal.map(|(texture, _)| (texture.tex_coord, texture.transform));
     let displaced = material.displacement.map(|displaced| (displaced.tex_coord, displaced.transform));
     [normal, displaced].into_iter().flatten().find(|(tex_coord, _)| !primitive.uvs[*tex_coord].is_empty())

@@ -26,6 +26,7 @@ mod weld;
 
 pub use camera::frame;
 pub use import::load;
+pub(crate) use mesh::tangent_space;
 pub use procedure::Procedure;
 
 use std::path::PathBuf;
@@ -64,6 +65,8 @@ pub struct Mesh {
     pub primitives: Vec<Primitive>,
     /// Shell normal of each welded vertex: unit, or zero where the weighted sum vanishes (DESIGN section 1).
     pub shell_normals: Vec<DVec3>,
+    /// Its positions will change from frame to frame ([`crate::render::Renderer::deform`]). No file says so.
+    pub deforms: bool,
 }
 
 /// A triangle list with one material. All per-vertex arrays have the same length, but those that the file lacks are empty.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::Primitive;
+use super::{Mesh, Primitive};
 
 /// A sum of normals shorter than this, per unit of weight, has no direction worth the name.
 const LEAST_MEAN: f64 = 1e-6;
@@ -22,8 +22,21 @@ pub(super) fn weld(primitives: &mut [Primitive]) -> Vec<DVec3> {
         primitive.weld = primitive.positions.iter().map(&mut id).collect();
     }
 
-    let mut sums = vec![(DVec3::ZERO, 0.0); known.len()];
-    for primitive in primitives.iter() {
+    shell_normals(primitives, known.len())
+}
+
+impl Mesh {
+    /// Computes the shell normals anew, after positions or normals have changed. What is welded stays so, wherever it
+    /// is now: a pose opens no seam.
+    pub fn update_shell_normals(&mut self) {
+        self.shell_normals = shell_normals(&self.primitives, self.shell_normals.len());
+    }
+}
+
+/// The shell normals of so many welded vertices.
+fn shell_normals(primitives: &[Primitive], welded: usize) -> Vec<DVec3> {
+    let mut sums = vec![(DVec3::ZERO, 0.0); welded];
+    for primitive in primitives {
         for triangle in &primitive.triangles {
             let corners = triangle.map(|vertex| primitive.positions[vertex as usize].as_dvec3());
             for (i, vertex) in triangle.map(|vertex| vertex as usize).into_iter().enumerate() {

@@ -162,7 +162,9 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             let range = |triangle: &[u32; 3]| {
                 let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());
                 let (low, high) = bounds.over(a.min(b).min(c), a.max(b).max(c));
-                [low, high].map(level)
+                let [low, high] = [low, high].map(level);
+                // Any of its neighbours may be plain in some pose.
+                if mesh.deforms { [low.min(0.0), high.max(0.0)] } else { [low, high] }
             };
             primitive.triangles.iter().map(range).collect()
         })
@@ -242,6 +244,26 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             geometry
         })
         .collect()
+}
+
+/// The triangle across each wall of each of a mesh's triangles, numbered one primitive after the other; none at a border.
+pub fn across(mesh: &Mesh) -> Vec<[Option<u32>; 3]> {
+    let edges = edges(mesh);
+    let mut first = vec![0];
+    for primitive in &mesh.primitives {
+        first.push(first[first.len() - 1] + primitive.triangles.len() as u32);
+    }
+    let walls = |p: usize, t: usize, triangle: &[u32; 3]| {
+        std::array::from_fn(|k| {
+            let [i, j] = [triangle[(k + 1) % 3], triangle[(k + 2) % 3]].map(|v| mesh.primitives[p].weld[v as usize]);
+            let other = neighbour(&edges, (i.min(j), i.max(j)), p, t)?;
+            Some(first[other.primitive] + other.triangle as u32)
+        })
+    };
+    let of = |(p, primitive): (usize, &Primitive)| -> Vec<_> {
+        primitive.triangles.iter().enumerate().map(|(t, triangle)| walls(p, t, triangle)).collect()
+    };
+    mesh.primitives.iter().enumerate().flat_map(of).collect()
 }
 
 /// Room for the rounding of levels in f32, and a thickness for surfaces of constant height.

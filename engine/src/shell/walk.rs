@@ -30,6 +30,8 @@ pub struct WalkGeometry {
     pub reach: Vec<[f64; 2]>,
     /// Prisms whose lids a ray may slip past: one of their normals is zero or leans too far.
     pub irregular: Vec<bool>,
+    /// Prisms that are not displaced.
+    plain: Vec<bool>,
     /// All prisms, those first that are irregular, plain or have a wall without neighbour.
     pub borders: Vec<u32>,
     /// How many of `borders` come first for that reason.
@@ -49,15 +51,19 @@ impl WalkGeometry {
         };
         let reach: Vec<_> = primitive.triangles.iter().map(reach).collect();
         let irregular = irregular(primitive, shell, &lids);
-        let is_border = |prism: &u32| {
-            let p = *prism as usize;
-            geometry.prisms[p].plain || irregular[p] || neighbours[p].contains(&NO_NEIGHBOUR)
-        };
-        let all = 0..geometry.prisms.len() as u32;
-        let mut borders: Vec<u32> = all.clone().filter(is_border).collect();
-        let border_count = borders.len() as u32;
-        borders.extend(all.filter(|prism| !is_border(prism)));
-        WalkGeometry { neighbours, lids, reach, irregular, borders, border_count }
+        let plain = geometry.prisms.iter().map(|prism| prism.plain).collect();
+        let mut walk = WalkGeometry { neighbours, lids, reach, irregular, plain, borders: Vec::new(), border_count: 0 };
+        let (mut borders, others): (Vec<u32>, Vec<u32>) =
+            (0..geometry.prisms.len() as u32).partition(|prism| walk.is_border(*prism as usize));
+        walk.border_count = borders.len() as u32;
+        borders.extend(others);
+        walk.borders = borders;
+        walk
+    }
+
+    /// Whether a ray may enter a prism otherwise than through its lid and base.
+    pub fn is_border(&self, prism: usize) -> bool {
+        self.plain[prism] || self.irregular[prism] || self.neighbours[prism].contains(&NO_NEIGHBOUR)
     }
 
     /// Whether a ray that starts outside can get under the surface without having crossed it: only then are bases seen.

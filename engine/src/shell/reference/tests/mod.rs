@@ -29,7 +29,7 @@ pub(super) fn mesh(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, tri
         weld: Vec::new(),
         displacement_scale: 0.0,
     };
-    Mesh { name: "mesh".into(), primitives: vec![primitive], shell_normals: Vec::new() }
+    Mesh { name: "mesh".into(), primitives: vec![primitive], shell_normals: Vec::new(), deforms: false }
 }
 
 pub(super) fn material(displacement: Option<Displacement>) -> Material {
