@@ -9,7 +9,8 @@ use glam::{DAffine2, DAffine3, DVec2, DVec3, Vec2};
 use prism_engine::{
     measure::Metrics,
     scene::{
-        Camera, Displacement, HeightMap, HeightTexels, Instance, Material, Mesh, Primitive, Projection, Scene, Wrap,
+        Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Projection,
+        Scene, Wrap,
     },
     settings::Shell,
     shell::reference::{Reference, Shadows},
@@ -73,7 +74,7 @@ fn grid(name: &str, [columns, rows]: [u32; 2], scale: f64, point: impl Fn(DVec2)
         }
     }
     let displacement = Displacement {
-        map: 0,
+        source: HeightSource::Map(0),
         wrap: [Wrap::Repeat; 2],
         tex_coord: 0,
         transform: DAffine2::IDENTITY,
@@ -84,7 +85,7 @@ fn grid(name: &str, [columns, rows]: [u32; 2], scale: f64, point: impl Fn(DVec2)
     };
     Scene {
         file: name.into(),
-        meshes: vec![Mesh { name: name.into(), primitives: vec![primitive], shell_normals }],
+        meshes: vec![Mesh { name: name.into(), primitives: vec![primitive], shell_normals, deforms: false }],
         materials: vec![Material { name: name.into(), displacement: Some(displacement), ..Material::default() }],
         images: Vec::new(),
         height_maps: vec![ramp()],
