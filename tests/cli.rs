@@ -108,7 +108,6 @@ fn options(help: &str) -> BTreeMap<String, String> {
 #[test]
 fn flags_of_later_versions_are_absent() {
     for flags in [
-        "--shell walk",
         "--march cone",
         "--silhouette horizon",
         "--self-shadow soft",
