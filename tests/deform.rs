@@ -104,7 +104,7 @@ fn follows(name: &str, motion: Motion, times: [f64; 3], least_covered: usize) {
             let drawn = easel.draw_posed(&camera, Some((0, pose)));
             let m = Metrics::between(&drawn, &truths[i], &camera);
             let line = format!(
-                "{name} at {} {} {}: {} pixels, p99 {:.1e}, above 1 {:.1e}, coverage {:.1e}, normal {:.1e}, {} NaN, {} limits",
+                "{name} at {} {} {}: {} pixels, p99 {:.1e}, above 1 {:.1e}, coverage {:.1e}, normal {:.1e}, {} NaN, {} lost",
                 times[i],
                 settings.shell,
                 settings.stage,

@@ -11,8 +11,8 @@ layout(push_constant) uniform PassBlock { DeformPass deform; };
 
 layout(std430, set = 0, binding = 0) readonly buffer MeshVertexBlock { DeformVertex item[]; } mesh_vertices;
 layout(std430, set = 0, binding = 1) readonly buffer TriangleBlock { DeformTriangle item[]; } triangles;
-// Lists of corners (4 · triangle + corner) around welded vertices, smoothing groups and vertices; before them where each
-// begins.
+// Lists of corners (4 · triangle + corner) around welded vertices, smoothing groups and vertices; before them where
+// each begins.
 layout(std430, set = 0, binding = 2) readonly buffer FanBlock { uint item[]; } fans;
 // The pose: of each vertex position (rebased), shading normal and tangent.
 layout(std430, set = 0, binding = 3) buffer PosedBlock { DeformFrame item[]; } posed;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One round of the fold rule over the triangles: the shell normals of those that may fold are halved. The pass after the
-// last round tells which triangles are plain.
+// One round of the fold rule over the triangles: the shell normals of those that may fold are halved. The pass after
+// the last round tells which triangles are plain.
 #include "render/deform.glsl"
 #include "shell/certificate.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Marks welded vertices whose shell normal is zero or leans too far against a lid or base around it: a ray may slip past
-// the lids there.
+// Marks welded vertices whose shell normal is zero or leans too far against a lid or base around it: a ray may slip
+// past the lids there.
 #include "render/deform.glsl"
 
 // As in engine/src/shell/walk.rs.

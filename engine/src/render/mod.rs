@@ -200,8 +200,8 @@ impl Renderer {
         self.transforms[instance] = transform;
     }
 
-    /// Gives a mesh whose [`crate::scene::Mesh::deforms`] is set a new shape, for this and all later frames: records the
-    /// passes that compute what depends on it. `slot` is that of the frame, which is recorded next.
+    /// Gives a mesh whose [`crate::scene::Mesh::deforms`] is set a new shape, for this and all later frames: records
+    /// the passes that compute what depends on it. `slot` is that of the frame, which is recorded next.
     ///
     /// # Errors
     /// A mesh that is not drawn or does not deform, or a pose with other than its number of vertices.

@@ -65,7 +65,7 @@ pub struct Mesh {
     pub primitives: Vec<Primitive>,
     /// Shell normal of each welded vertex: unit, or zero where the weighted sum vanishes (DESIGN section 1).
     pub shell_normals: Vec<DVec3>,
-    /// Its positions will change from frame to frame ([`crate::render::Renderer::deform`]). No file says so.
+    /// Its positions will change from frame to frame. Set by whoever changes them; no file says so.
     pub deforms: bool,
 }
 

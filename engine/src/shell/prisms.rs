@@ -246,7 +246,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         .collect()
 }
 
-/// The triangle across each wall of each of a mesh's triangles, numbered one primitive after the other; none at a border.
+/// The triangle across each wall of each triangle of a mesh, numbered one primitive after the other; none at a border.
 pub fn across(mesh: &Mesh) -> Vec<[Option<u32>; 3]> {
     let edges = edges(mesh);
     let mut first = vec![0];

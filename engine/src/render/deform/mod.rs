@@ -1,6 +1,6 @@
 //! Meshes that change shape: each frame the GPU computes what depends on their positions, which is the shading normals
-//! and tangents, the shell normals and how far they reach (DESIGN section 1), and which prisms are plain, irregular or at
-//! a border. What follows from triangles, texture coordinates and map alone stays: adjacency, ranges of levels, lids.
+//! and tangents, the shell normals and how far they reach (DESIGN section 1), and which prisms are plain, irregular or
+//! at a border. What follows from triangles, texture coordinates and map alone stays: adjacency, ranges of levels, lids.
 
 mod passes;
 #[cfg(test)]

@@ -11,8 +11,8 @@ use crate::gpu::{
 use crate::render::layout::{DeformFrame, DeformPass};
 use crate::render::resources::Primitive;
 
-/// Rounds of the fold rule, a bit each; a vertex is halved 7 times at most, but a halving can fold a neighbour that held
-/// before.
+/// Rounds of the fold rule, a bit each; a vertex is halved 7 times at most, but a halving can fold a neighbour that
+/// held before.
 pub const ROUNDS: u32 = 30;
 
 /// Invocations of a workgroup; `local_size_x` of `render/deform.glsl`.

@@ -141,7 +141,7 @@ fn agrees(name: &str, reach: f64) {
         *counts.entry((factor * 64.0) as u32).or_insert(0) += 1;
     }
     println!(
-        "{name}: normals off by {median:.1e}, at most {most:.1e}; vertices by r in 64ths: {counts:?}, {} triangles plain",
+        "{name}: normals off by {median:.1e}, at most {most:.1e}; vertices by 64 r: {counts:?}, {} triangles plain",
         folds.plain.len()
     );
     assert!(counts.len() > 3 && folds.plain.len() > 10, "the pose is to fold, in all degrees: {counts:?}");

@@ -59,8 +59,8 @@ impl Topology {
         topology
     }
 
-    /// `smooth`: the smoothing groups so far, by welded vertex and normal. What shares both in the file stays smooth; where
-    /// normals differ there is a hard edge, and stays one.
+    /// `smooth`: the smoothing groups so far, by welded vertex and normal. What shares both in the file stays smooth;
+    /// where normals differ there is a hard edge, and stays one.
     fn add_vertices(
         &mut self,
         scene: &Scene,
