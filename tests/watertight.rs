@@ -183,6 +183,12 @@ const CONVEX: [March; 3] = [
     March { name: "exact", defines: &["MARCH_EXACT"], levels: [LEVEL; 2], inner: 0.95 },
 ];
 
+/// The same by the walk from prism to prism; and a rugged height.
+const WALKED: [March; 2] = [
+    March { name: "walk", defines: &["WALK", "MARCH_EXACT"], levels: [LEVEL; 2], inner: 0.95 },
+    March { name: "walk, rugged", defines: &["WALK", "MARCH_EXACT", "RUGGED"], levels: [0.1, 0.15], inner: 0.25 },
+];
+
 const RUGGED: [March; 1] =
     [March { name: "exact, rugged", defines: &["MARCH_EXACT", "RUGGED"], levels: [0.1, 0.15], inner: 0.25 }];
 
@@ -268,6 +274,7 @@ impl Tracer {
         let ctx = Context::new(&ContextDesc { app: "prism tests", ..ContextDesc::default() }).expect("a device");
         let mut compiler = render::shader_compiler(rig::shader_folder().as_deref()).expect("a compiler");
         compiler.provide("tests/watertight.comp", include_str!("rig/watertight.comp").to_owned());
+        compiler.provide("tests/watertight_walk.glsl", include_str!("rig/watertight_walk.glsl").to_owned());
         Tracer { compiler, ctx }
     }
 
@@ -308,8 +315,11 @@ impl Tracer {
             ("prisms", Binding::Buffer(&scene.prisms)),
             ("edges", Binding::Buffer(&scene.edges)),
             ("results", Binding::Buffer(&results)),
+            ("adjacency", Binding::Buffer(&scene.adjacency)),
+            ("lids", Binding::Buffer(&scene.lids)),
         ];
-        let set = DescriptorSet::new(&self.ctx, pipeline, 0, &bindings).expect("a set");
+        // The last two are the walk's.
+        let set = DescriptorSet::with_optional(&self.ctx, pipeline, 0, &bindings[..4], &bindings[4..]).expect("a set");
         let size = run.size as f32;
         let aimed = THICK.map(|level| level as f32 * size);
         for first in (0..run.rays).step_by(TILE as usize) {
@@ -370,6 +380,8 @@ struct Buffers {
     corners: Buffer,
     prisms: Buffer,
     edges: Buffer,
+    adjacency: Buffer,
+    lids: Buffer,
     counts: [u32; 3],
 }
 
@@ -386,9 +398,9 @@ impl Buffers {
             })
             .collect();
         let mut random = Random(run.seed.into());
-        let prisms: Vec<[[u32; 4]; 3]> = triangles
+        let ranges: Vec<[f64; 2]> = triangles
             .iter()
-            .map(|triangle| {
+            .map(|_| {
                 let [low, high] = run.march.levels;
                 let room = 1e-4 * SCALE + 1e-5 * high;
                 let (below, above) = (low - room - THICK[0], THICK[1] - high - room);
@@ -397,27 +409,46 @@ impl Buffers {
                     Range::Thick => [1.0; 2],
                     Range::Mixed => [random.next(), random.next()],
                 };
-                let range = [low - room - down * below, high + room + up * above];
-                let corners = range.map(|level| triangle.map(|v| place(v, level)));
+                [low - room - down * below, high + room + up * above]
+            })
+            .collect();
+        let wider = |a: [f64; 2], b: &[f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let mut lids = vec![[f64::INFINITY, f64::NEG_INFINITY]; surface.len()];
+        for (triangle, range) in triangles.iter().zip(&ranges) {
+            triangle.iter().for_each(|v| lids[*v as usize] = wider(lids[*v as usize], range));
+        }
+        let prisms: Vec<[[u32; 4]; 3]> = triangles
+            .iter()
+            .zip(&ranges)
+            .map(|(triangle, &range)| {
+                let reach = triangle.map(|v| lids[v as usize]).iter().fold(range, wider);
+                let corners = reach.map(|level| triangle.map(|v| place(v, level)));
                 let middle = corners.as_flattened().iter().sum::<Vec3>() / 6.0;
                 let radius = corners.as_flattened().iter().map(|c| c.distance(middle)).fold(0.0, f32::max);
                 let descends = |k: usize| u32::from(run.canonical && triangle[(k + 1) % 3] > triangle[(k + 2) % 3]);
                 let [a, b, c] = *triangle;
-                let range = range.map(|level| (run.size * level) as f32);
+                let levels = [range[0], range[1], reach[0], reach[1]].map(|level| (run.size * level) as f32);
                 [
                     [a, b, c, descends(0) | descends(1) << 1 | descends(2) << 2],
-                    [range[0], range[1], 0.0, 0.0].map(f32::to_bits),
+                    levels.map(f32::to_bits),
                     middle.extend(radius).to_array().map(f32::to_bits),
                 ]
             })
             .collect();
         let edges = run.mesh.edges();
+        let sides = |t: usize| (0..3).map(move |k| (triangles[t][(k + 1) % 3], triangles[t][(k + 2) % 3], 4 * t + k));
+        let owners: HashMap<[u32; 2], u32> =
+            (0..triangles.len()).flat_map(sides).map(|(a, b, side)| ([a, b], side as u32)).collect();
+        let adjacency: Vec<u32> = (0..triangles.len()).flat_map(sides).map(|(a, b, _)| owners[&[b, a]]).collect();
+        let lids: Vec<[f32; 2]> = lids.iter().map(|lid| lid.map(|level| (run.size * level) as f32)).collect();
         let mut uploader = Uploader::new(ctx).expect("an uploader");
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let buffers = Buffers {
             corners: uploader.buffer("corners", usage, &corners).expect("a buffer"),
             prisms: uploader.buffer("prisms", usage, &prisms).expect("a buffer"),
             edges: uploader.buffer("edges", usage, &edges).expect("a buffer"),
+            adjacency: uploader.buffer("adjacency", usage, &adjacency).expect("a buffer"),
+            lids: uploader.buffer("lids", usage, &lids).expect("a buffer"),
             counts: [corners.len(), prisms.len(), edges.len()].map(|n| n as u32),
         };
         uploader.finish().expect("uploaded");
@@ -447,6 +478,18 @@ fn a_million_rays_are_hit_once() {
 #[test]
 fn a_million_rays_at_a_rugged_surface_are_hit_once() {
     hit_once(&RUGGED, 1_000_000);
+}
+
+/// Each ray from the lids that a raster might show it, or from a neighbour of one.
+#[test]
+fn a_million_rays_walk_to_their_hit() {
+    hit_once(&WALKED, 1_000_000);
+}
+
+#[test]
+#[ignore = "takes minutes: tests/run figures"]
+fn ten_million_rays_walk_to_their_hit() {
+    hit_once(&WALKED, 10_000_000);
 }
 
 #[test]
