@@ -15,6 +15,8 @@ use prism_engine::{
 };
 use rig::Rig;
 
+const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
+
 /// Results that must not be contracted, by opcode, and what they are made of; of a SPIR-V module.
 struct Uncontracted {
     decorated: HashSet<u32>,
@@ -60,6 +62,16 @@ impl Uncontracted {
         self.is(result, Self::F_SUB, |x| self.is(x, Self::F_MUL, |_| true))
     }
 
+    /// Discriminants, b b - (4 a) c: `exit_level` has one.
+    fn discriminants(&self) -> usize {
+        let product = |x: u32| self.is(x, Self::F_MUL, |_| true);
+        let of_product = |x: u32| product(x) && self.results[&x].1.iter().any(|factor| product(*factor));
+        let is_one = |result: u32| {
+            self.is(result, Self::F_SUB, product) && self.results[&result].1.last().is_some_and(|x| of_product(*x))
+        };
+        self.decorated.iter().filter(|result| is_one(**result)).count()
+    }
+
     /// Cross products, and sums of two of them: `wall_quadratic` has four and one.
     fn cross_products_and_sums(&self) -> [usize; 2] {
         let crosses = self.decorated.iter().filter(|r| self.is_cross(**r)).count();
@@ -74,19 +86,25 @@ fn no_stage_contracts_what_decides_on_walls() {
     let rig = Rig::new();
     let scene = rig::asset("torus.gltf");
     let mut seen = HashSet::new();
-    for stage in rig::STAGES {
-        let easel = rig.easel(&scene, &rig::exact(Shell::Prism, stage), [8, 8]);
+    for (shell, stage) in SHELLS.into_iter().flat_map(|shell| rig::STAGES.map(|stage| (shell, stage))) {
+        let easel = rig.easel(&scene, &rig::exact(shell, stage), [8, 8]);
         easel.assert_stage(stage);
         for shader in easel.shell_shaders() {
             let module = Uncontracted::new(&shader.spirv);
-            println!("{}: {} results", shader.label(), module.decorated.len());
+            println!("{shell}: {}: {} results", shader.label(), module.decorated.len());
             let places = match shader.stage {
                 // Outlines are placed by the same products as the pixels' rays.
-                ShaderStage::Mesh | ShaderStage::Geometry => !module.decorated.is_empty(),
+                ShaderStage::Mesh | ShaderStage::Geometry => {
+                    // The geometry stage only chooses lids; the vertex stage places them.
+                    !module.decorated.is_empty() || shader.path == "render/lids.geom"
+                }
+                ShaderStage::Vertex => !module.decorated.is_empty() || shader.path != "render/lids.vert",
                 ShaderStage::Fragment => {
                     let [crosses, sums] = module.cross_products_and_sums();
-                    println!("    {crosses} cross products, {sums} sums of two");
-                    crosses >= 4 && sums >= 1
+                    let roots = module.discriminants();
+                    println!("    {crosses} cross products, {sums} sums of two, {roots} discriminants");
+                    // The walk also decides by the discriminants of its walls' roots.
+                    crosses >= 4 && sums >= 1 && (shell != Shell::Walk || roots >= 1)
                 }
                 _ => true,
             };
@@ -94,11 +112,13 @@ fn no_stage_contracts_what_decides_on_walls() {
             if shader.stage == ShaderStage::Fragment {
                 assert_eq!(Uncontracted::new(&without_precise(&shader).spirv).decorated.len(), 0, "it is by 'precise'");
             }
-            seen.insert((stage == Stage::Mesh, shader.stage));
+            seen.insert((shell, stage == Stage::Mesh, shader.stage));
         }
     }
-    for stage in [(true, ShaderStage::Mesh), (true, ShaderStage::Fragment), (false, ShaderStage::Geometry)] {
-        assert!(seen.contains(&stage), "{stage:?} was not looked at");
+    for (mesh, stage) in [(true, ShaderStage::Mesh), (true, ShaderStage::Fragment), (false, ShaderStage::Geometry)] {
+        for shell in SHELLS {
+            assert!(seen.contains(&(shell, mesh, stage)), "{shell}, {stage:?} was not looked at");
+        }
     }
 }
 

@@ -5,14 +5,14 @@
 //! front hit over all prisms. None is a miss, two are a double. A rugged height is so gentle, for rays so steep, that the
 //! same holds; but a point on a wall that both its prisms report counts as one.
 
+#[path = "rig/closed_mesh.rs"]
+mod closed_mesh;
 mod rig;
 
-use std::{
-    collections::{HashMap, HashSet},
-    path::Path,
-};
+use std::{collections::HashMap, path::Path};
 
-use glam::{DVec3, Vec3};
+use closed_mesh::Mesh;
+use glam::Vec3;
 use prism_engine::{
     gpu::{
         Access, Binding, Buffer, BufferDesc, Context, ContextDesc, DescriptorSet, MemoryLocation, Pipeline,
@@ -43,118 +43,6 @@ const THICK: [f64; 2] = [-0.2, 0.2];
 /// Powers of two, so that a mesh of few bits keeps them.
 const SIZES: [f64; 3] = [1.0 / 1024.0, 1.0, 1024.0];
 
-/// A closed mesh of radius about 1 around the origin, by its surface at [`LEVEL`].
-struct Mesh {
-    name: &'static str,
-    surface: Vec<DVec3>,
-    normals: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Mesh {
-    /// An icosahedron's faces in four, with normals tilted at random: the walls are curved, and no number is round.
-    fn tilted() -> Mesh {
-        let g = 0.5 * (1.0 + 5f64.sqrt());
-        let corners = (0..12).map(|i| {
-            let (a, b) = (if i & 1 == 0 { 1.0 } else { -1.0 }, if i & 2 == 0 { g } else { -g });
-            match i / 4 {
-                0 => DVec3::new(a, b, 0.0),
-                1 => DVec3::new(0.0, a, b),
-                _ => DVec3::new(b, 0.0, a),
-            }
-        });
-        let (surface, triangles) = sphere(&corners.collect::<Vec<_>>(), 2);
-        let mut random = Random(7);
-        let mut tilt = || DVec3::from_array(std::array::from_fn(|_| 0.24 * (2.0 * random.next() - 1.0)));
-        let normals = surface.iter().map(|p| (*p + tilt()).normalize()).collect();
-        Mesh { name: "tilted", surface, normals, triangles }
-    }
-
-    /// An octahedron's faces in sixteen, each coordinate a multiple of 1/128: along axes and diagonals all of the walls'
-    /// arithmetic is exact, and rays lie in walls, and on vertex lines, to the last bit.
-    fn exact() -> Mesh {
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
-        let (surface, triangles) = sphere(&axes.collect::<Vec<_>>(), 4);
-        let rounded = |p: &DVec3, step: f64| (*p / step).round() * step;
-        let normals = surface.iter().map(|p| rounded(p, 1.0 / 64.0)).collect();
-        let surface = surface.iter().map(|p| rounded(p, 1.0 / 128.0)).collect();
-        Mesh { name: "exact", surface, normals, triangles }
-    }
-
-    /// Corner k of a triangle at a level.
-    fn at(&self, vertex: u32, level: f64) -> DVec3 {
-        self.surface[vertex as usize] + (level - LEVEL) * self.normals[vertex as usize]
-    }
-
-    /// The least distance of a face of the surface from the middle. Insists that the surface is convex and that no prism
-    /// folds within [`THICK`].
-    fn inradius(&self) -> f64 {
-        let mut inradius = f64::INFINITY;
-        for triangle in &self.triangles {
-            let normal = |level: f64| {
-                let [a, b, c] = triangle.map(|v| self.at(v, level));
-                (b - a).cross(c - a).normalize()
-            };
-            let (normal_at_level, on) = (normal(LEVEL), self.surface[triangle[0] as usize]);
-            for (vertex, point) in (0..).zip(&self.surface) {
-                let above = normal_at_level.dot(*point - on);
-                assert!(triangle.contains(&vertex) || above < -1e-3, "{} is not convex: {above}", self.name);
-            }
-            for step in 0..=8 {
-                let normal = normal(THICK[0] + (THICK[1] - THICK[0]) * f64::from(step) / 8.0);
-                for vertex in triangle {
-                    assert!(normal.dot(self.normals[*vertex as usize]) > 0.2, "{} folds", self.name);
-                }
-            }
-            inradius = inradius.min(normal_at_level.dot(on));
-        }
-        inradius
-    }
-
-    /// Every edge once. Insists that the mesh is closed.
-    fn edges(&self) -> Vec<[u32; 2]> {
-        let sides = || self.triangles.iter().flat_map(|t| (0..3).map(move |k| [t[k], t[(k + 1) % 3]]));
-        let all: HashSet<[u32; 2]> = sides().collect();
-        assert_eq!(all.len(), 3 * self.triangles.len(), "two triangles at one side of an edge");
-        assert!(all.iter().all(|[a, b]| all.contains(&[*b, *a])), "{} has a border", self.name);
-        sides().filter(|[a, b]| a < b).collect()
-    }
-}
-
-/// The convex hull of corners that has equilateral faces, each face in `n` by `n`, out to the unit sphere.
-fn sphere(corners: &[DVec3], n: i32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let edge = corners[1..].iter().map(|c| c.distance(corners[0])).fold(f64::INFINITY, f64::min);
-    let near = |a: DVec3, b: DVec3| a.distance(b) < 1.01 * edge;
-    let mut points: Vec<DVec3> = Vec::new();
-    let mut known: HashMap<[i64; 3], u32> = HashMap::new();
-    let mut triangles = Vec::new();
-    let count = corners.len();
-    for (i, j, k) in (0..count).flat_map(|i| (i..count).flat_map(move |j| (j..count).map(move |k| (i, j, k)))) {
-        let [a, mut b, mut c] = [corners[i], corners[j], corners[k]];
-        if i == j || j == k || !near(a, b) || !near(b, c) || !near(c, a) {
-            continue;
-        }
-        if (b - a).cross(c - a).dot(a) < 0.0 {
-            (b, c) = (c, b);
-        }
-        let mut point = |u: i32, v: i32| {
-            let p = (a + (b - a) * f64::from(u) / f64::from(n) + (c - a) * f64::from(v) / f64::from(n)).normalize();
-            let key = (p * 1e6).round().to_array().map(|x| x as i64);
-            *known.entry(key).or_insert_with(|| {
-                points.push(p);
-                points.len() as u32 - 1
-            })
-        };
-        for (u, v) in (0..n).flat_map(|u| (0..n - u).map(move |v| (u, v))) {
-            triangles.push([point(u, v), point(u + 1, v), point(u, v + 1)]);
-            if u + v + 1 < n {
-                triangles.push([point(u + 1, v), point(u + 1, v + 1), point(u, v + 1)]);
-            }
-        }
-    }
-    (points, triangles)
-}
-
 /// How far a prism reaches beyond the levels of the surface in it.
 #[derive(Clone, Copy, Debug)]
 enum Range {
@@ -181,6 +69,12 @@ const CONVEX: [March; 3] = [
     March { name: "pom", defines: &[], levels: [LEVEL; 2], inner: 0.95 },
     March { name: "relief", defines: &["MARCH_RELIEF"], levels: [LEVEL; 2], inner: 0.95 },
     March { name: "exact", defines: &["MARCH_EXACT"], levels: [LEVEL; 2], inner: 0.95 },
+];
+
+/// The same by the walk from prism to prism; and a rugged height.
+const WALKED: [March; 2] = [
+    March { name: "walk", defines: &["WALK", "MARCH_EXACT"], levels: [LEVEL; 2], inner: 0.95 },
+    March { name: "walk, rugged", defines: &["WALK", "MARCH_EXACT", "RUGGED"], levels: [0.1, 0.15], inner: 0.25 },
 ];
 
 const RUGGED: [March; 1] =
@@ -268,6 +162,7 @@ impl Tracer {
         let ctx = Context::new(&ContextDesc { app: "prism tests", ..ContextDesc::default() }).expect("a device");
         let mut compiler = render::shader_compiler(rig::shader_folder().as_deref()).expect("a compiler");
         compiler.provide("tests/watertight.comp", include_str!("rig/watertight.comp").to_owned());
+        compiler.provide("tests/watertight_walk.glsl", include_str!("rig/watertight_walk.glsl").to_owned());
         Tracer { compiler, ctx }
     }
 
@@ -308,8 +203,11 @@ impl Tracer {
             ("prisms", Binding::Buffer(&scene.prisms)),
             ("edges", Binding::Buffer(&scene.edges)),
             ("results", Binding::Buffer(&results)),
+            ("adjacency", Binding::Buffer(&scene.adjacency)),
+            ("lids", Binding::Buffer(&scene.lids)),
         ];
-        let set = DescriptorSet::new(&self.ctx, pipeline, 0, &bindings).expect("a set");
+        // The last two are the walk's.
+        let set = DescriptorSet::with_optional(&self.ctx, pipeline, 0, &bindings[..4], &bindings[4..]).expect("a set");
         let size = run.size as f32;
         let aimed = THICK.map(|level| level as f32 * size);
         for first in (0..run.rays).step_by(TILE as usize) {
@@ -370,6 +268,8 @@ struct Buffers {
     corners: Buffer,
     prisms: Buffer,
     edges: Buffer,
+    adjacency: Buffer,
+    lids: Buffer,
     counts: [u32; 3],
 }
 
@@ -386,9 +286,9 @@ impl Buffers {
             })
             .collect();
         let mut random = Random(run.seed.into());
-        let prisms: Vec<[[u32; 4]; 3]> = triangles
+        let ranges: Vec<[f64; 2]> = triangles
             .iter()
-            .map(|triangle| {
+            .map(|_| {
                 let [low, high] = run.march.levels;
                 let room = 1e-4 * SCALE + 1e-5 * high;
                 let (below, above) = (low - room - THICK[0], THICK[1] - high - room);
@@ -397,27 +297,46 @@ impl Buffers {
                     Range::Thick => [1.0; 2],
                     Range::Mixed => [random.next(), random.next()],
                 };
-                let range = [low - room - down * below, high + room + up * above];
-                let corners = range.map(|level| triangle.map(|v| place(v, level)));
+                [low - room - down * below, high + room + up * above]
+            })
+            .collect();
+        let wider = |a: [f64; 2], b: &[f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let mut lids = vec![[f64::INFINITY, f64::NEG_INFINITY]; surface.len()];
+        for (triangle, range) in triangles.iter().zip(&ranges) {
+            triangle.iter().for_each(|v| lids[*v as usize] = wider(lids[*v as usize], range));
+        }
+        let prisms: Vec<[[u32; 4]; 3]> = triangles
+            .iter()
+            .zip(&ranges)
+            .map(|(triangle, &range)| {
+                let reach = triangle.map(|v| lids[v as usize]).iter().fold(range, wider);
+                let corners = reach.map(|level| triangle.map(|v| place(v, level)));
                 let middle = corners.as_flattened().iter().sum::<Vec3>() / 6.0;
                 let radius = corners.as_flattened().iter().map(|c| c.distance(middle)).fold(0.0, f32::max);
                 let descends = |k: usize| u32::from(run.canonical && triangle[(k + 1) % 3] > triangle[(k + 2) % 3]);
                 let [a, b, c] = *triangle;
-                let range = range.map(|level| (run.size * level) as f32);
+                let levels = [range[0], range[1], reach[0], reach[1]].map(|level| (run.size * level) as f32);
                 [
                     [a, b, c, descends(0) | descends(1) << 1 | descends(2) << 2],
-                    [range[0], range[1], 0.0, 0.0].map(f32::to_bits),
+                    levels.map(f32::to_bits),
                     middle.extend(radius).to_array().map(f32::to_bits),
                 ]
             })
             .collect();
         let edges = run.mesh.edges();
+        let sides = |t: usize| (0..3).map(move |k| (triangles[t][(k + 1) % 3], triangles[t][(k + 2) % 3], 4 * t + k));
+        let owners: HashMap<[u32; 2], u32> =
+            (0..triangles.len()).flat_map(sides).map(|(a, b, side)| ([a, b], side as u32)).collect();
+        let adjacency: Vec<u32> = (0..triangles.len()).flat_map(sides).map(|(a, b, _)| owners[&[b, a]]).collect();
+        let lids: Vec<[f32; 2]> = lids.iter().map(|lid| lid.map(|level| (run.size * level) as f32)).collect();
         let mut uploader = Uploader::new(ctx).expect("an uploader");
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let buffers = Buffers {
             corners: uploader.buffer("corners", usage, &corners).expect("a buffer"),
             prisms: uploader.buffer("prisms", usage, &prisms).expect("a buffer"),
             edges: uploader.buffer("edges", usage, &edges).expect("a buffer"),
+            adjacency: uploader.buffer("adjacency", usage, &adjacency).expect("a buffer"),
+            lids: uploader.buffer("lids", usage, &lids).expect("a buffer"),
             counts: [corners.len(), prisms.len(), edges.len()].map(|n| n as u32),
         };
         uploader.finish().expect("uploaded");
@@ -447,6 +366,18 @@ fn a_million_rays_are_hit_once() {
 #[test]
 fn a_million_rays_at_a_rugged_surface_are_hit_once() {
     hit_once(&RUGGED, 1_000_000);
+}
+
+/// Each ray from the lids that a raster might show it, or from a neighbour of one.
+#[test]
+fn a_million_rays_walk_to_their_hit() {
+    hit_once(&WALKED, 1_000_000);
+}
+
+#[test]
+#[ignore = "takes minutes: tests/run figures"]
+fn ten_million_rays_walk_to_their_hit() {
+    hit_once(&WALKED, 10_000_000);
 }
 
 #[test]

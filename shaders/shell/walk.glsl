@@ -253,8 +253,10 @@ WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
         }
         vec3 weights = walk_weights(at, level);
         weights *= weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
-        float least = min(weights.x, min(weights.y, weights.z));
-        int turned = weights.x == least ? EXIT_BC : weights.y == least ? EXIT_CA : EXIT_AB;
+        // Not back over the wall it came by: next to a vertex two prisms may each hold the ray to be in the other, as a
+        // slanted lid's level is not quite the ray's. It goes on around the vertex.
+        bool over_ab = i == 0 && weights.z < min(weights.x, weights.y);
+        int turned = over_ab ? EXIT_AB : weights.x <= weights.y ? EXIT_BC : EXIT_CA;
         uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
         if (neighbour == NO_NEIGHBOUR) {
             // Beyond a border there is nothing to begin in: the border's own prism sees the ray come in.

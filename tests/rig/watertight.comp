@@ -11,13 +11,18 @@ struct CornerData {
 
 struct PrismData {
     uvec4 corners; // w: bit k where the welded ids of wall k descend
-    vec4 range;    // t0, t1
-    vec4 bounds;   // a sphere around it
+    vec4 range;    // t0, t1; least base and greatest lid of its corners
+    vec4 bounds;   // a sphere around it and its lid
 };
 
 layout(std430, set = 0, binding = 0) readonly buffer Corners { CornerData item[]; } corners;
 layout(std430, set = 0, binding = 1) readonly buffer Prisms { PrismData item[]; } prisms;
 layout(std430, set = 0, binding = 2) readonly buffer Edges { uvec2 item[]; } edges;
+
+#ifdef WALK
+layout(std430, set = 0, binding = 4) readonly buffer Adjacency { uint item[]; } adjacency;
+layout(std430, set = 0, binding = 5) readonly buffer Lids { vec2 item[]; } lids;
+#endif
 
 const uint TARGETS = 3u, VIEWS = 4u;
 const uint LOGGED = 32u;
@@ -80,6 +85,9 @@ vec2 height_gradient(vec2 uv, float lod) {
 #include "shell/exact.glsl"
 #endif
 #include "shell/march.glsl"
+#ifdef WALK
+#include "tests/watertight_walk.glsl"
+#endif
 
 // PCG (O'Neill 2014; the 32-bit permutation as in Jarzynski and Olano 2020).
 uint random_state;
@@ -332,6 +340,45 @@ void main() {
     uint found[MAX_CANDIDATES];
     int count = candidates(view, found);
     uint hits = 0u;
+#ifdef WALK
+    walk_origin = view.origin;
+    walk_pixel = 1e-3 * size;
+    WalkRay walked;
+    walked.x = view.x - view.ndc.x * view.w;
+    walked.y = view.y - view.ndc.y * view.w;
+    walked.handedness = dot(cross(view.x.xyz, view.y.xyz), view.w.xyz) < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < count; ++i) {
+        // A lid that the raster might show here, to within its grid: near a wall, now and then, the neighbour's.
+        Standing at = walk_stand(walked, found[i], 2);
+        uvec3 named = walk_corners(found[i]).xyz;
+        vec3 levels = vec3(walk_lids(named.x).y, walk_lids(named.y).y, walk_lids(named.z).y) + walk_pixel;
+        vec2 a = at.pa + levels.x * at.qa, b = at.pb + levels.y * at.qb, c = at.pc + levels.z * at.qc;
+        vec3 weights = -walked.handedness * vec3(cross2(b, c), cross2(c, a), cross2(a, b));
+        float sum = weights.x + weights.y + weights.z, least = min(weights.x, min(weights.y, weights.z));
+        if (sum <= 0.0 || least < -1e-3 * sum) {
+            continue;
+        }
+        float level = dot(weights, levels) / sum;
+        if (least < 1e-2 * sum && random() < 0.5) {
+            int wall = weights.x == least ? 0 : weights.y == least ? 1 : 2;
+            at = walk_stand(walked, walk_neighbour(found[i], wall) >> 2, 2);
+        }
+        WalkStart start = walk_start(walked, level, at);
+        if (!start.found) {
+            continue;
+        }
+        WalkHit hit = walk(walked, settings, at, start, 64 + 2 * int(prism_count));
+        if (hit.limits > 0) {
+            atomicAdd(results.limits, 1u);
+        }
+        if (hit.hit) {
+            hits = 1u;
+            if (!walk_true(walked, settings, hit, view.w)) {
+                atomicAdd(results.astray, 1u);
+            }
+        }
+    }
+#else
     float near = 1e30, far = 0.0;
     for (int i = 0; i < count; ++i) {
         ShellHit hit = trace(view, found[i], settings);
@@ -353,6 +400,7 @@ void main() {
         atomicAdd(results.twice, 1u);
         hits = 1u;
     }
+#endif
 #endif
     atomicAdd(results.rays[kind], 1u);
     if (hits == 0u) {

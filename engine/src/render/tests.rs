@@ -7,7 +7,7 @@ use crate::gpu::{ContextDesc, run_once};
 use crate::scene::{
     Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
 };
-use crate::settings::{March, Validation};
+use crate::settings::{March, Shell, Validation};
 use crate::shell::{
     prisms,
     reference::{Reference, Shadows},
@@ -109,7 +109,7 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
 #[test]
 fn a_loop_that_gives_up_is_counted() {
     let counted = Settings { count_limits: true, ..Settings::default() };
-    for shell in [crate::settings::Shell::Prism, crate::settings::Shell::Off] {
+    for shell in [Shell::Prism, Shell::Walk, Shell::Off] {
         let counted = Settings { shell, ..counted.clone() };
         let (_, limits) = draw(&counted);
         assert_eq!(limits, Some(0), "{shell}: the default limit is never reached");
