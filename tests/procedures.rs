@@ -127,7 +127,7 @@ const DEPTH_P99: f64 = 0.05;
 /// Share of the pixels that may be off by more than a footprint.
 const ABOVE_1: f64 = 1e-4;
 /// Pixels that one picture alone covers, per covered pixel; one pixel is allowed where this is less than one. The walk
-/// loses one in 3,346 beside the open border of the slivers, and one in 25,000 there under the map.
+/// loses one in 3,346 beside the open border of the slivers, and none there at 1600×900.
 const COVERAGE: f64 = 2e-4;
 
 /// A scene with every displacement taken from a procedure.
