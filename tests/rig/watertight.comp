@@ -343,10 +343,8 @@ void main() {
 #ifdef WALK
     walk_origin = view.origin;
     walk_pixel = 1e-3 * size;
-    WalkRay walked;
-    walked.x = view.x - view.ndc.x * view.w;
-    walked.y = view.y - view.ndc.y * view.w;
-    walked.handedness = dot(cross(view.x.xyz, view.y.xyz), view.w.xyz) < 0.0 ? -1.0 : 1.0;
+    float handedness = dot(cross(view.x.xyz, view.y.xyz), view.w.xyz) < 0.0 ? -1.0 : 1.0;
+    WalkRay walked = WalkRay(view.x, view.y, view.w, view.ndc, handedness);
     for (int i = 0; i < count; ++i) {
         // A lid that the raster might show here, to within its grid: near a wall, now and then, the neighbour's.
         Standing at = walk_stand(walked, found[i], 2);

@@ -53,9 +53,10 @@ bool walk_true(WalkRay ray, MarchSettings settings, WalkHit hit, vec4 depth_row)
         point += hit.lambda[k] * (walk_position(at[k]) + hit.t * walk_shell(at[k]));
         uv += hit.lambda[k] * walk_uv(at[k]);
     }
-    vec2 across = vec2(dot(ray.x.xyz, point) + ray.x.w, dot(ray.y.xyz, point) + ray.y.w);
+    vec4 row_x = ray.x - ray.ndc.x * ray.w, row_y = ray.y - ray.ndc.y * ray.w;
+    vec2 across = vec2(dot(row_x.xyz, point) + row_x.w, dot(row_y.xyz, point) + row_y.w);
     vec3 weights = walk_weights(walk_stand(ray, hit.prism, 2), hit.t);
-    bool on_ray = all(lessThan(abs(across), 5e-4 * size * vec2(length(ray.x.xyz), length(ray.y.xyz))));
+    bool on_ray = all(lessThan(abs(across), 5e-4 * size * vec2(length(row_x.xyz), length(row_y.xyz))));
     bool on_surface = abs(hit.t - surface_level(settings, uv)) < 1e-4 * size && hit.wall < 0;
     bool inside = all(greaterThan(hit.lambda, vec3(-1e-3)));
     bool front = (weights.x + weights.y + weights.z) * ray.handedness < 0.0;
