@@ -188,7 +188,9 @@ fn fields(count: usize) -> Scene {
 
 #[test]
 fn a_shell_binds_the_maps_of_the_fields_that_it_meets() {
-    let (ctx, renderer) = renderer(&fields(3), &Settings::default());
+    // One pipeline a primitive.
+    let settings = Settings { shell: Shell::Prism, ..Settings::default() };
+    let (ctx, renderer) = renderer(&fields(3), &settings);
     ctx.check_validation().unwrap();
     let others = |(_, names): &(String, Vec<String>)| names.iter().filter(|n| n.starts_with("other_map")).count();
     // The ends of the strip meet one, its middle two.
@@ -198,12 +200,12 @@ fn a_shell_binds_the_maps_of_the_fields_that_it_meets() {
     assert_eq!(renderer.plan().notices, [""; 0]);
     let mut scene = fields(3);
     scene.materials[1].displacement.as_mut().unwrap().source = HeightSource::Procedure(Procedure::Waves);
-    let (ctx, mixed) = self::renderer(&scene, &Settings::default());
+    let (ctx, mixed) = self::renderer(&scene, &settings);
     ctx.check_validation().unwrap();
     let mut counts: Vec<usize> = reads(&mixed).iter().map(others).collect();
     counts.sort_unstable();
     assert_eq!(counts, [0, 2], "a function in the middle takes no sampler");
-    let (_, alone) = self::renderer(&fields(1), &Settings::default());
+    let (_, alone) = self::renderer(&fields(1), &settings);
     assert_eq!(reads(&alone).iter().map(others).collect::<Vec<_>>(), [0], "a lone field reads no other");
 }
 
@@ -245,8 +247,8 @@ fn a_plain_neighbour_is_traced_without_a_height_map() {
     let (ctx, renderer) = renderer(&half_plain(), &Settings::default());
     ctx.check_validation().unwrap();
     let names: Vec<String> = renderer.pipelines().into_iter().map(|(name, _)| name).collect();
-    assert_eq!(names, ["shell exact", "shell plain"]);
-    let [displaced, plain] = [0, 1].map(|i| renderer.pipelines()[i].1.shaders().last().unwrap().clone());
+    assert_eq!(names, ["shell walk lids exact", "shell walk borders exact", "shell plain"]);
+    let [displaced, plain] = [0, 2].map(|i| renderer.pipelines()[i].1.shaders().last().unwrap().clone());
     let reads = |shader: &crate::gpu::Shader, name| shader.reflection.bindings.iter().any(|b| b.name == name);
     for name in ["height_map", "pyramid"] {
         assert!(reads(&displaced, name) && !reads(&plain, name), "{name}");
@@ -264,7 +266,7 @@ fn a_plain_primitive_that_touches_no_shell_is_rasterised() {
     scene.meshes[0].shell_normals = vec![DVec3::Y; 8];
     let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
     let drawn: Vec<Geometry> = plan.draws.iter().map(|d| d.variant.geometry).collect();
-    assert_eq!(drawn, [Geometry::Shell(Stage::Mesh), Geometry::Surface]);
+    assert_eq!(drawn, [Geometry::Lids(Stage::Mesh), Geometry::Borders(Stage::Mesh), Geometry::Surface]);
 }
 
 #[test]
