@@ -26,7 +26,6 @@ layout(std430, set = 0, binding = 6) buffer PlainBlock { uint item[]; } plains;
 
 // Of a word of `folds`; the rounds take the lower bits.
 const uint LEANS = 1u << 31;
-const uint NONE = 0xffffffffu;
 
 // The angle between two vectors. GLSL's own arc tangent may be off by 4096 ulp; this one is by 2e-8 (Abramowitz and
 // Stegun, 4.4.49).

@@ -3,6 +3,7 @@
 // What of one primitive's prisms depends on the pose: which are plain, irregular or at a border, and so how the surface
 // goes on across their walls.
 #include "render/deform.glsl"
+#include "shell/prism_bits.glsl"
 
 layout(std430, set = 0, binding = 11) readonly buffer RestPrismBlock { PrismData item[]; } rest_prisms;
 layout(std430, set = 0, binding = 12) writeonly buffer PrismBlock { PrismData item[]; } prisms;
@@ -10,10 +11,6 @@ layout(std430, set = 0, binding = 12) writeonly buffer PrismBlock { PrismData it
 layout(std430, set = 0, binding = 13) readonly buffer RestAdjacencyBlock { uint item[]; } rest_adjacency;
 layout(std430, set = 0, binding = 14) writeonly buffer AdjacencyBlock { uint item[]; } adjacency;
 #endif
-
-// The numbers of `Wall` in engine/src/shell/prisms.rs.
-const uint WALL_PLAIN = 2u;
-const uint WALL_OPEN = 3u;
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
@@ -26,20 +23,19 @@ void main() {
     bool plain = plains.item[deform.first + index] != 0u;
     bool border = plain, irregular = false;
     for (int k = 0; k < 3; ++k) {
-        bool plain_across = triangle.across[k] != NONE && plains.item[triangle.across[k]] != 0u;
+        bool plain_across = triangle.across[k] != NO_NEIGHBOUR && plains.item[triangle.across[k]] != 0u;
         if (plain || plain_across) {
-            bits = bitfieldInsert(bits, plain ? WALL_OPEN : WALL_PLAIN, 3 * k, 3);
+            bits = with_wall_kind(bits, k, plain ? WALL_OPEN : WALL_PLAIN);
         }
 #ifdef WALKED
-        uint neighbour = plain || plain_across ? NONE : rest_adjacency.item[3u * index + uint(k)];
+        uint neighbour = plain || plain_across ? NO_NEIGHBOUR : rest_adjacency.item[3u * index + uint(k)];
         adjacency.item[3u * index + uint(k)] = neighbour;
-        border = border || neighbour == NONE;
+        border = border || neighbour == NO_NEIGHBOUR;
         irregular = irregular || (folds.item[mesh_vertices.item[triangle.corners[k]].ids.x] & LEANS) != 0u;
 #endif
     }
-    bits = bitfieldInsert(bits, plain ? 1u : 0u, 12, 1);
-    bits = bitfieldInsert(bits, irregular ? 1u : 0u, 13, 1);
-    bits = bitfieldInsert(bits, border || irregular ? 1u : 0u, 26, 1);
+    bits = with_flag(with_flag(bits, PLAIN, plain), IRREGULAR, irregular);
+    bits = with_flag(bits, BORDER, border || irregular);
     prism.corners.w = bits;
     prisms.item[index] = prism;
 }

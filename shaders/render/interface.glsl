@@ -12,6 +12,16 @@ layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; 
 #ifdef COUNT_LIMITS
 layout(std430, set = 0, binding = 3) buffer CounterBlock { uint limits; } counters;
 #endif
+
+// Counts loops that gave up, where they are counted.
+void count_limits(int limits) {
+#ifdef COUNT_LIMITS
+    if (limits > 0) {
+        atomicAdd(counters.limits, uint(limits));
+    }
+#endif
+}
+
 layout(std430, set = 1, binding = 0) readonly buffer VertexBlock { Vertex item[]; } vertices;
 layout(std430, set = 1, binding = 1) readonly buffer PrismBlock { PrismData item[]; } prisms;
 layout(std140, set = 1, binding = 2) uniform MaterialBlock { Material material; };

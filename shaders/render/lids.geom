@@ -15,7 +15,7 @@ layout(location = 1) out float out_level;
 
 void main() {
     uint prism = uint(gl_PrimitiveIDIn);
-    if (bitfieldExtract(prisms.item[prism].corners.w, 12, 1) != 0u) {
+    if (has_flag(prisms.item[prism].corners.w, PLAIN)) {
         return;
     }
     for (int i = 0; i < 3; ++i) {

@@ -5,6 +5,7 @@
 
 #include "render/interface.glsl"
 #include "render/lid_growth.glsl"
+#include "shell/prism_bits.glsl"
 
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;

@@ -8,6 +8,7 @@
 #include "render/interface.glsl"
 
 #include "shell/prism.glsl"
+#include "shell/prism_bits.glsl"
 #ifdef HAS_HEIGHT
 #include "render/height_field.glsl"
 #include "render/other_fields.glsl"
@@ -36,7 +37,7 @@ void main() {
         vec3 q = transform_direction(object.clip_x, object.clip_y, object.clip_w, v[k].shell.xyz);
         projected.p[k] = across_ray(p, ndc);
         projected.q[k] = across_ray(q, ndc);
-        projected.descending[k] = bitfieldExtract(data.corners.w, 9 + k, 1) != 0u;
+        projected.descending[k] = wall_descends(data.corners.w, k);
         depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
         slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
     }
@@ -46,21 +47,17 @@ void main() {
     for (int k = 0; k < 3; ++k) {
         prism.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
         prism.neighbour_uv[k] = data.neighbour_uv[k];
-        prism.wall[k] = bitfieldExtract(data.corners.w, 3 * k, 3);
-        prism.field[k] = bitfieldExtract(data.corners.w, 14 + 3 * k, 3);
-        prism.behind[k] = bitfieldExtract(data.corners.w, 23 + k, 1) != 0u;
+        prism.wall[k] = wall_kind(data.corners.w, k);
+        prism.field[k] = wall_field(data.corners.w, k);
+        prism.behind[k] = wall_behind(data.corners.w, k);
     }
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;
-    prism.plain = bitfieldExtract(data.corners.w, 12, 1) != 0u;
+    prism.plain = has_flag(data.corners.w, PLAIN);
     MarchSettings settings = march_settings();
 
     ShellHit hit = prism_trace(projected, prism, settings, depth, slope, frame.lens.z, object.handedness.x);
-#ifdef COUNT_LIMITS
-    if (hit.limits > 0) {
-        atomicAdd(counters.limits, uint(hit.limits));
-    }
-#endif
+    count_limits(hit.limits);
 #else
     ShellHit hit = plain_trace(projected, two_sided, depth, frame.lens.z, object.handedness.x);
 #endif

@@ -3,6 +3,7 @@
 #define RENDER_SHELL_CORNERS_GLSL
 
 #include "shell/outline.glsl"
+#include "shell/prism_bits.glsl"
 
 #ifdef WALK_BORDERS
 #include "render/lid_growth.glsl"
@@ -42,8 +43,7 @@ Outline outline_of(uint index) {
     PrismData data = prisms.item[outlined_prism(index)];
     prism_corners(objects.item[draw.object], data, corners);
 #ifdef WALK_BORDERS
-    bool border = bitfieldExtract(data.corners.w, 26, 1) != 0u;
-    if (!border) {
+    if (!has_flag(data.corners.w, BORDER)) {
         float nearest = corners[0].w;
         for (int i = 1; i < 6; ++i) {
             nearest = min(nearest, corners[i].w);

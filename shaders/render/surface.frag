@@ -45,11 +45,7 @@ void main() {
                                   int(material.march.w >> 1));
     vec3 direction = normalize(-toward_eye(object, position));
     PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
-#ifdef COUNT_LIMITS
-    if (hit.limits > 0) {
-        atomicAdd(counters.limits, uint(hit.limits));
-    }
-#endif
+    count_limits(hit.limits);
 #ifdef UV_BOUNDS
     if (any(lessThan(hit.uv, material.uv_bounds.xy)) || any(greaterThan(hit.uv, material.uv_bounds.zw))) {
         discard;

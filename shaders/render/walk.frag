@@ -44,11 +44,7 @@ void main() {
 #else
     hit = border_hit(in_prism, ray, object, settings, limit);
 #endif
-#ifdef COUNT_LIMITS
-    if (hit.limits > 0) {
-        atomicAdd(counters.limits, uint(hit.limits));
-    }
-#endif
+    count_limits(hit.limits);
     if (!hit.hit) {
         discard;
     }
@@ -61,7 +57,7 @@ void main() {
         depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
         slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
     }
-    shaded.plain = bitfieldExtract(corners.w, 12, 1) != 0u;
+    shaded.plain = has_flag(corners.w, PLAIN);
     float hit_depth = depth_at(hit.lambda, hit.t, depth, slope);
     if (hit_depth < frame.lens.z || hit_depth > frame.lens.w) {
         discard;

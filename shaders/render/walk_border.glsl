@@ -10,8 +10,7 @@ float crossing_depth(ProjectedPrism projected, vec3 s[3], float t, int wall, vec
     if (wall != AT_LEVEL) {
         return depth_at(wall_barycentrics(projected, wall, wall_weight(projected, wall, t)), t, depth, slope);
     }
-    vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
-    return depth_at(weights / (weights.x + weights.y + weights.z), t, depth, slope);
+    return depth_at(path_lambda(s, t), t, depth, slope);
 }
 
 // Whether the ray is within two pixels of a border at level t: there the rasteriser's grid may have dropped the lid.
@@ -34,7 +33,7 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
     vec3 depth, slope, canonical[3], s[3];
     for (int k = 0; k < 3; ++k) {
         walk_across(ray, corners[k], projected.p[k], projected.q[k]);
-        projected.descending[k] = bitfieldExtract(corners.w, 9 + k, 1) != 0u;
+        projected.descending[k] = wall_descends(corners.w, k);
         depth[k] = dot(object.depth.xyz, walk_position(corners[k])) + object.depth.w;
         slope[k] = dot(object.depth.xyz, walk_shell(corners[k]));
     }
@@ -44,11 +43,11 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
     }
     WalkHit best = WalkHit(false, id, 0.0, vec3(0.0), -1, 0);
     float near = frame.lens.z, best_depth = 1e30;
-    if (bitfieldExtract(corners.w, 12, 1) != 0u) {
+    if (has_flag(corners.w, PLAIN)) {
         ShellHit plain = plain_trace(projected, settings.two_sided, depth, near, ray.handedness);
         return WalkHit(plain.hit, id, 0.0, plain.lambda, -1, 0);
     }
-    bool irregular = bitfieldExtract(corners.w, 13, 1) != 0u;
+    bool irregular = has_flag(corners.w, IRREGULAR);
     // Where the near plane clips lids, rays come in through them here.
     for (int k = 0; k < 3; ++k) {
         irregular = irregular || depth[k] + min(range.z * slope[k], range.w * slope[k]) < NEAR_REACH * near;
@@ -56,16 +55,11 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
     vec3 sides;
     Crossings crossings = prism_crossings(projected, canonical, range.z, range.w, sides);
     for (int i = crossings.count - 2; i >= 0; --i) {
-        int upper = crossings.wall[i + 1];
-        if (upper != AT_LEVEL) {
-            sides[upper] = -sides[upper];
-        }
-        bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
-        if (!front && !back) {
+        Stretch stretch = stretch_below(crossings, i, ray.handedness, sides);
+        if (!stretch.inside) {
             continue;
         }
-        bool climbs = front == (ray.handedness > 0.0);
-        int from = climbs ? i : i + 1, to = climbs ? i + 1 : i;
+        int from = stretch.from, to = stretch.to;
         float entry_depth = crossing_depth(projected, s, crossings.t[from], crossings.wall[from], depth, slope);
         float leave_depth = crossing_depth(projected, s, crossings.t[to], crossings.wall[to], depth, slope);
         if (leave_depth < near || entry_depth >= best_depth) {
@@ -80,7 +74,7 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         }
         WalkStart start;
         start.t = cut ? near_level(s, crossings.t[from], crossings.t[to], depth, slope, near) : crossings.t[from];
-        start.front = front ? 1.0 : -1.0;
+        start.front = stretch.front ? 1.0 : -1.0;
         start.on_wall = wall != AT_LEVEL;
         start.found = true;
         WalkHit hit = walk(ray, settings, walk_stand(ray, id, start.on_wall ? wall : 2), start, limit);

@@ -8,13 +8,7 @@
 #define SHELL_MARCH_GLSL
 
 #include "shell/plain.glsl"
-
-// How the neighbour across a wall continues the surface.
-const uint WALL_SAME = 0u;   // the same height there: no step
-const uint WALL_SEAM = 1u;   // displaced, with other coordinates or another field: read through `neighbour_uv`
-const uint WALL_PLAIN = 2u;  // a plain surface at t = 0
-const uint WALL_OPEN = 3u;   // border of the sheet, open
-const uint WALL_CLOSED = 4u; // border closed by a wall down to the lowest level
+#include "shell/prism_bits.glsl"
 
 // Everything about one prism that does not depend on the ray.
 struct Prism {
@@ -85,12 +79,17 @@ float depth_at(vec3 lambda, float t, vec3 depth, vec3 slope) {
     return dot(lambda, depth + t * slope);
 }
 
+// Barycentric weights at level t, inside.
+vec3 path_lambda(vec3 s[3], float t) {
+    vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
+    return weights / (weights.x + weights.y + weights.z);
+}
+
 // Level on the path at which the view depth passes `near`, between an end before it and an end beyond it.
 float near_level(vec3 s[3], float before, float beyond, vec3 depth, vec3 slope, float near) {
     for (int i = 0; i < 24; ++i) {
         float t = 0.5 * (before + beyond);
-        vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
-        if (depth_at(weights / (weights.x + weights.y + weights.z), t, depth, slope) < near) {
+        if (depth_at(path_lambda(s, t), t, depth, slope) < near) {
             before = t;
         } else {
             beyond = t;
@@ -116,8 +115,7 @@ PathEnd path_end(ProjectedPrism projected, Prism prism, vec3 s[3], float t, int 
         end.lambda = wall_barycentrics(projected, wall, weight);
         end.uv = wall_uv(projected, prism, wall, weight);
     } else {
-        vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
-        end.lambda = weights / (weights.x + weights.y + weights.z);
+        end.lambda = path_lambda(s, t);
         end.uv = end.lambda.x * prism.uv[0] + end.lambda.y * prism.uv[1] + end.lambda.z * prism.uv[2];
     }
     return end;
@@ -136,8 +134,8 @@ float neighbour_level(ProjectedPrism projected, Prism prism, MarchSettings setti
 
 // A ray nearly within its level: t has too few bits left to tell its points apart, so the path becomes the chord. In a
 // level the path is straight, so the chord's error is of the order of the span.
-bool follows_chord(Prism prism, PathEnd entry, PathEnd leave) {
-    return abs(leave.t - entry.t) < 2e-5 * max(max(abs(entry.t), abs(leave.t)), prism.t1 - prism.t0);
+bool follows_chord(float entry, float leave, float thickness) {
+    return abs(leave - entry) < 2e-5 * max(max(abs(entry), abs(leave)), thickness);
 }
 
 const float NO_HIT = 2.0;
@@ -237,6 +235,13 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
 }
 #endif
 
+// Whether a ray that leaves through a wall at level t hits the step there, of those whose far side is no prism: the plain
+// neighbour's, and from behind the closed border too.
+bool steps_out(uint kind, bool above, float t, bool two_sided) {
+    return above ? kind == WALL_PLAIN && t < 0.0
+                 : two_sided && (kind == WALL_CLOSED || (kind == WALL_PLAIN && t >= 0.0));
+}
+
 // The first hit in one interval, from `entry` to `leave`: where along it (0 to 1), or NO_HIT. `wall` is the wall hit, or
 // -1 for the field.
 float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settings, UvPath path, PathEnd entry,
@@ -263,10 +268,7 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
             // The neighbour will find the ray below, by these same operations: the hit is ours, however late.
             return 1.0;
         }
-        // Steps whose far side is no prism: the plain neighbour's, and from behind the closed border too.
-        bool step = above ? kind == WALL_PLAIN && leave.t < 0.0
-                          : settings.two_sided && (kind == WALL_CLOSED || (kind == WALL_PLAIN && leave.t >= 0.0));
-        if (step) {
+        if (steps_out(kind, above, leave.t, settings.two_sided)) {
             wall = leave.wall;
             return 1.0;
         }
@@ -293,18 +295,12 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
     ShellHit best = NOTHING;
     int limits = 0;
     for (int i = crossings.count - 2; i >= 0; --i) {
-        int above = crossings.wall[i + 1];
-        if (above != AT_LEVEL) {
-            sides[above] = -sides[above];
-        }
-        float ta = crossings.t[i], tb = crossings.t[i + 1];
-        bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
-        if (!front && !back) {
+        Stretch stretch = stretch_below(crossings, i, handedness, sides);
+        if (!stretch.inside) {
             continue;
         }
-        bool climbs = front == (handedness > 0.0);
-        PathEnd entry = path_end(projected, prism, s, climbs ? ta : tb, crossings.wall[climbs ? i : i + 1]);
-        PathEnd leave = path_end(projected, prism, s, climbs ? tb : ta, crossings.wall[climbs ? i + 1 : i]);
+        PathEnd entry = path_end(projected, prism, s, crossings.t[stretch.from], crossings.wall[stretch.from]);
+        PathEnd leave = path_end(projected, prism, s, crossings.t[stretch.to], crossings.wall[stretch.to]);
         float entry_depth = depth_at(entry.lambda, entry.t, depth, slope);
         float leave_depth = depth_at(leave.lambda, leave.t, depth, slope);
         if (leave_depth < near || entry_depth >= best.depth) {
@@ -313,7 +309,7 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         if (entry_depth < near) {
             entry = path_end(projected, prism, s, near_level(s, entry.t, leave.t, depth, slope, near), AT_LEVEL);
         }
-        bool chord = follows_chord(prism, entry, leave);
+        bool chord = follows_chord(entry.t, leave.t, prism.t1 - prism.t0);
         int wall;
         float along = march_interval(projected, prism, settings, path, entry, leave, chord, wall, limits);
         if (along > 1.0) {
@@ -326,8 +322,7 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
         } else if (chord) {
             lambda = mix(entry.lambda, leave.lambda, along);
         } else {
-            vec3 weights = vec3(quadratic(s[0], t), quadratic(s[1], t), quadratic(s[2], t));
-            lambda = weights / (weights.x + weights.y + weights.z);
+            lambda = path_lambda(s, t);
         }
         float hit_depth = depth_at(lambda, t, depth, slope);
         if (hit_depth < best.depth) {

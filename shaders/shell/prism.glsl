@@ -43,12 +43,17 @@ ivec2 wall_corners(ProjectedPrism prism, int k) {
     return prism.descending[k] ? ij.yx : ij;
 }
 
+// (p_i + t q_i) x (p_j + t q_j). Without contraction it is antisymmetric to the bit: the other order of corners gives the
+// negated quadratic.
+vec3 wall_between(vec2 pi, vec2 qi, vec2 pj, vec2 qj) {
+    precise vec3 value = vec3(cross2(pi, pj), cross2(pi, qj) + cross2(qi, pj), cross2(qi, qj));
+    return value;
+}
+
 // s_k of the wall in canonical order; the prism's own s_k is `wall_sign` times it.
 vec3 wall_quadratic(ProjectedPrism prism, int k) {
     ivec2 c = wall_corners(prism, k);
-    vec2 pi = prism.p[c.x], pj = prism.p[c.y], qi = prism.q[c.x], qj = prism.q[c.y];
-    precise vec3 value = vec3(cross2(pi, pj), cross2(pi, qj) + cross2(qi, pj), cross2(qi, qj));
-    return value;
+    return wall_between(prism.p[c.x], prism.q[c.x], prism.p[c.y], prism.q[c.y]);
 }
 
 // The top-left rule: the side of a ray that lies in wall k, as if it stood a little aside, the same for all walls. Of the
@@ -63,15 +68,20 @@ float wall_sign(ProjectedPrism prism, int k) {
     return prism.descending[k] ? -1.0 : 1.0;
 }
 
-// Where the ray crosses wall k at level t: the weight of the second corner of `wall_corners`, in [0, 1].
-// Well conditioned even where s_0 + s_1 + s_2 vanishes (a ray within the level).
-float wall_weight(ProjectedPrism prism, int k, float t) {
-    ivec2 c = wall_corners(prism, k);
-    precise vec2 a = prism.p[c.x] + t * prism.q[c.x];
-    precise vec2 b = prism.p[c.y] + t * prism.q[c.y];
+// Where the ray crosses the wall from corner i to corner j at level t: the weight of corner j, in [0, 1]. Well conditioned
+// even where s_0 + s_1 + s_2 vanishes (a ray within the level).
+float weight_between(vec2 pi, vec2 qi, vec2 pj, vec2 qj, float t) {
+    precise vec2 a = pi + t * qi;
+    precise vec2 b = pj + t * qj;
     precise vec2 e = b - a;
     precise float weight = -dot(a, e) / max(dot(e, e), 1e-37);
     return clamp(weight, 0.0, 1.0);
+}
+
+// The same for wall k: the weight of the second corner of `wall_corners`.
+float wall_weight(ProjectedPrism prism, int k, float t) {
+    ivec2 c = wall_corners(prism, k);
+    return weight_between(prism.p[c.x], prism.q[c.x], prism.p[c.y], prism.q[c.y], t);
 }
 
 // Barycentric weights of the point of wall k with weight `w` of its second canonical corner.
@@ -160,6 +170,25 @@ Crossings prism_crossings(ProjectedPrism prism, vec3 s[3], float t0, float t1, o
         top[k] = prism.descending[k] ? -side : side;
     }
     return crossings;
+}
+
+// A stretch of the line between two neighbouring crossings, in the order in which the ray runs.
+struct Stretch {
+    bool inside;
+    bool front;   // it sees the level planes from the front
+    int from, to; // indices of the crossings
+};
+
+// The stretch between crossings i and i + 1. From the top down: `sides` are those above it, from `prism_crossings` or the
+// stretch before, and become its own. handedness: see prism_trace of shell/march.glsl.
+Stretch stretch_below(Crossings crossings, int i, float handedness, inout vec3 sides) {
+    int above = crossings.wall[i + 1];
+    if (above != AT_LEVEL) {
+        sides[above] = -sides[above];
+    }
+    bool front = all(greaterThan(sides, vec3(0.0))), back = all(lessThan(sides, vec3(0.0)));
+    bool climbs = front == (handedness > 0.0);
+    return Stretch(front || back, front, climbs ? i : i + 1, climbs ? i + 1 : i);
 }
 
 #endif

@@ -7,7 +7,7 @@
 // gets the shared wall's quadratic negated, to the bit what it would have computed: no ray slips between two prisms.
 //
 // Needs shell/march.glsl. The includer gives the adjacency and the mesh:
-//     uvec4 walk_corners(uint prism)                 three vertices, packed walls (see `walk_kind`)
+//     uvec4 walk_corners(uint prism)                 three vertices, packed walls (shell/prism_bits.glsl)
 //     vec4 walk_range(uint prism)                    levels of its surface; least base, greatest lid of its corners
 //     uint walk_neighbour(uint prism, int wall)      4 * prism + its number of the wall, or NO_NEIGHBOUR
 //     vec4 walk_neighbour_uv(uint prism, int wall)   coordinates across, at the wall's canonical corners
@@ -17,7 +17,6 @@
 #ifndef SHELL_WALK_GLSL
 #define SHELL_WALK_GLSL
 
-const uint NO_NEIGHBOUR = 0xffffffffu;
 // Prisms that the one the raster names may lie away from the one the ray is in, and from where the ray came in.
 const int WALK_LOCATE_HOPS = 8;
 const int WALK_BACK_HOPS = 64;
@@ -53,10 +52,6 @@ struct WalkHit {
     int limits;  // loops that gave up
 };
 
-uint walk_kind(uint packed, int wall) {
-    return bitfieldExtract(packed, 3 * wall, 3);
-}
-
 // A wall's or corner's own number, from the turned one (a, b, c = 0, 1, 2).
 int walk_number(int entry, int turned) {
     int number = entry + turned + 1;
@@ -69,12 +64,6 @@ uvec3 walk_turned(uvec3 corners, int entry) {
 
 vec3 walk_unturned(vec3 lambda, int entry) {
     return entry == 0 ? lambda.zxy : entry == 1 ? lambda.yzx : lambda;
-}
-
-// Without contraction this is antisymmetric to the bit: the other order of corners gives the negated quadratic.
-vec3 wall_between(vec2 pi, vec2 qi, vec2 pj, vec2 qj) {
-    precise vec3 value = vec3(cross2(pi, pj), cross2(pi, qj) + cross2(qi, pj), cross2(qi, qj));
-    return value;
 }
 
 void walk_across(WalkRay ray, uint vertex, out vec2 p, out vec2 q) {
@@ -144,13 +133,6 @@ vec3 walk_weights(Standing at, float t) {
     return vec3(quadratic(at.bc, t), quadratic(at.ca, t), quadratic(at.ab, t));
 }
 
-// Weight of the second corner where the ray crosses the wall from corner i to corner j at level t (see `wall_weight`).
-float walk_wall_weight(vec2 pi, vec2 qi, vec2 pj, vec2 qj, float t) {
-    vec2 a = pi + t * qi;
-    vec2 e = pj + t * qj - a;
-    return clamp(-dot(a, e) / max(dot(e, e), 1e-37), 0.0, 1.0);
-}
-
 // Turned weights of the three corners at level t, which is that of `turned` or, without one, inside.
 vec3 walk_lambda(Standing at, int turned, float t) {
     if (turned == EXIT_NONE) {
@@ -161,7 +143,7 @@ vec3 walk_lambda(Standing at, int turned, float t) {
     vec2 qi = turned == EXIT_BC ? at.qb : turned == EXIT_CA ? at.qc : at.qa;
     vec2 pj = turned == EXIT_BC ? at.pc : turned == EXIT_CA ? at.pa : at.pb;
     vec2 qj = turned == EXIT_BC ? at.qc : turned == EXIT_CA ? at.qa : at.qb;
-    float w = walk_wall_weight(pi, qi, pj, qj, t);
+    float w = weight_between(pi, qi, pj, qj, t);
     return turned == EXIT_BC ? vec3(0.0, 1.0 - w, w) : turned == EXIT_CA ? vec3(w, 0.0, 1.0 - w)
                                                                         : vec3(1.0 - w, w, 0.0);
 }
@@ -206,24 +188,24 @@ void walk_entry(float t, vec2 sides, float handedness, float level, int wall, in
     }
 }
 
+// Takes the entry through the wall `s`, beside walls `i` and `j`, if it lies between the levels of `reach`.
+void walk_wall_entry(vec3 s, vec3 i, vec3 j, int wall, float handedness, float level, vec2 reach, inout float least,
+                     inout int turned, inout WalkStart start) {
+    // The ray reversed leaves where it enters.
+    float t = exit_level(s, -handedness);
+    if (t > reach.x && t < reach.y) {
+        walk_entry(t, vec2(quadratic(i, t), quadratic(j, t)), handedness, level, wall, least, turned, start);
+    }
+}
+
 // Where the ray enters the prism `at` on its way to `level`, between the levels of `reach`. Not found if it misses it.
 WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
     WalkStart start = WalkStart(level, 1.0, false, false);
     float least = 1e30;
     int turned = EXIT_NONE;
-    // The ray reversed leaves where it enters.
-    float e = exit_level(at.bc, -ray.handedness);
-    if (e > reach.x && e < reach.y) {
-        walk_entry(e, vec2(quadratic(at.ca, e), quadratic(at.ab, e)), ray.handedness, level, EXIT_BC, least, turned, start);
-    }
-    e = exit_level(at.ca, -ray.handedness);
-    if (e > reach.x && e < reach.y) {
-        walk_entry(e, vec2(quadratic(at.ab, e), quadratic(at.bc, e)), ray.handedness, level, EXIT_CA, least, turned, start);
-    }
-    e = exit_level(at.ab, -ray.handedness);
-    if (e > reach.x && e < reach.y) {
-        walk_entry(e, vec2(quadratic(at.bc, e), quadratic(at.ca, e)), ray.handedness, level, EXIT_AB, least, turned, start);
-    }
+    walk_wall_entry(at.bc, at.ca, at.ab, EXIT_BC, ray.handedness, level, reach, least, turned, start);
+    walk_wall_entry(at.ca, at.ab, at.bc, EXIT_CA, ray.handedness, level, reach, least, turned, start);
+    walk_wall_entry(at.ab, at.bc, at.ca, EXIT_AB, ray.handedness, level, reach, least, turned, start);
     for (int end = 0; end < 2; ++end) {
         vec3 weights = walk_weights(at, reach[end]);
         float low = min(weights.x, min(weights.y, weights.z)), high = max(weights.x, max(weights.y, weights.z));
@@ -267,7 +249,7 @@ WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
     for (int i = 0; i < WALK_BACK_HOPS && start.on_wall; ++i) {
         uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
         vec2 lids = mix(walk_lids(corners.x), walk_lids(corners.y),
-                        walk_wall_weight(at.pa, at.qa, at.pb, at.qb, start.t));
+                        weight_between(at.pa, at.qa, at.pb, at.qb, start.t));
         uint neighbour = walk_neighbour(at.prism, at.entry);
         if (start.t <= lids.x || start.t >= lids.y || neighbour == NO_NEIGHBOUR) {
             break;
@@ -288,14 +270,13 @@ WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
 }
 
 // Whether a ray that comes in through the wall it stands on was above the surface there.
-bool walk_outside(Standing at, MarchSettings settings, uint packed, float t, bool above) {
-    uint kind = walk_kind(packed, at.entry);
+bool walk_outside(Standing at, MarchSettings settings, uint bits, float t, bool above) {
+    uint kind = wall_kind(bits, at.entry);
     if (kind == WALL_SEAM) {
         vec4 uv = walk_neighbour_uv(at.prism, at.entry);
-        float w = walk_wall_weight(at.pa, at.qa, at.pb, at.qb, t);
-        bool descending = bitfieldExtract(packed, 9 + at.entry, 1) != 0u;
-        vec2 across = descending ? mix(uv.zw, uv.xy, w) : mix(uv.xy, uv.zw, w);
-        return t >= seam_level(settings, bitfieldExtract(packed, 14 + 3 * at.entry, 3), across);
+        float w = weight_between(at.pa, at.qa, at.pb, at.qb, t);
+        vec2 across = wall_descends(bits, at.entry) ? mix(uv.zw, uv.xy, w) : mix(uv.xy, uv.zw, w);
+        return t >= seam_level(settings, wall_field(bits, at.entry), across);
     }
     // A closed border ends at the lowest level; beyond an open one there is nothing to take a step from.
     return kind == WALL_PLAIN ? t >= 0.0 : kind == WALL_CLOSED || above;
@@ -337,16 +318,16 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             if (entry_t != t) {
                 // In through an end of the levels.
                 above = travel < 0.0;
-            } else if (fresh || (came == EXIT_AB && walk_kind(data.w, at.entry) != WALL_SAME)) {
+            } else if (fresh || (came == EXIT_AB && wall_kind(data.w, at.entry) != WALL_SAME)) {
                 // On a wall where the surface takes a step, or at the start.
                 float here = surface_level(settings, entry.uv);
-                uint kind = came == EXIT_AB ? walk_kind(data.w, at.entry) : WALL_SAME;
+                uint kind = came == EXIT_AB ? wall_kind(data.w, at.entry) : WALL_SAME;
                 bool was = above;
                 above = t >= here;
                 if (fresh && came == EXIT_AB) {
                     was = walk_outside(at, settings, data.w, t, above);
                 }
-                if (kind != WALL_SAME && was != above && (was || bitfieldExtract(data.w, 23 + at.entry, 1) != 0u)) {
+                if (kind != WALL_SAME && was != above && (was || wall_behind(data.w, at.entry))) {
                     return WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, 0);
                 }
             }
@@ -357,7 +338,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             path.v = at.ca * ub.y + at.ab * uc.y;
             path.w = at.bc + at.ca + at.ab;
             path.origin = uv_a;
-            bool chord = abs(leave_t - entry_t) < 2e-5 * max(max(abs(entry_t), abs(leave_t)), range.y - range.x);
+            bool chord = follows_chord(entry_t, leave_t, range.y - range.x);
             int limits = 0;
             float along = search(settings, path, entry, end, chord, above, limits);
             none.limits += limits;
@@ -368,12 +349,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             }
             if (end.wall != EXIT_NONE) {
                 int wall = walk_number(at.entry, end.wall);
-                uint kind = walk_kind(data.w, wall);
-                // Steps whose far side is no prism: the plain neighbour's, and from behind the closed border too.
-                bool step_here = above ? kind == WALL_PLAIN && leave_t < 0.0
-                                       : settings.two_sided &&
-                                             (kind == WALL_CLOSED || (kind == WALL_PLAIN && leave_t >= 0.0));
-                if (step_here) {
+                if (steps_out(wall_kind(data.w, wall), above, leave_t, settings.two_sided)) {
                     return WalkHit(true, at.prism, leave_t, walk_unturned(end.lambda, at.entry), wall, none.limits);
                 }
             }

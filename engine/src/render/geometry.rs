@@ -151,6 +151,7 @@ fn extent(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, (low
     })
 }
 
+/// The bits are those of `shaders/shell/prism_bits.glsl`.
 fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
     let prism = &planned.shell.prisms[index];
     let mut packed = 0;

@@ -7,7 +7,7 @@ use glam::{DVec2, Vec2};
 use super::bounds::FieldBounds;
 use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Scene, Wrap};
 
-/// How the surface goes on across a wall. The numbers are those of `shaders/shell/march.glsl`.
+/// How the surface goes on across a wall. The numbers are those of `shaders/shell/prism_bits.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Wall {

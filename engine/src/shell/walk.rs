@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::prisms::{ShellGeometry, Wall};
 use crate::scene::Primitive;
 
-/// No prism lies across; `NO_NEIGHBOUR` of `shaders/shell/walk.glsl`.
+/// No prism lies across; `NO_NEIGHBOUR` of `shaders/shell/prism_bits.glsl`.
 pub const NO_NEIGHBOUR: u32 = u32::MAX;
 
 /// Least cosine between a shell normal and a lid or base around it. Where normals lean further, growth along them does

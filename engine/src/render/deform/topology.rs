@@ -7,10 +7,7 @@ use glam::{UVec4, Vec4};
 use crate::render::layout::{DeformTriangle, DeformVertex};
 use crate::render::plan::PlannedPrimitive;
 use crate::scene::{Mesh, Primitive, Scene, tangent_space};
-use crate::shell::{certificate, prisms};
-
-/// No triangle lies across; `NONE` of `shaders/render/deform.glsl`.
-const NONE: u32 = u32::MAX;
+use crate::shell::{certificate, prisms, walk::NO_NEIGHBOUR};
 
 /// A mesh's vertices and triangles, numbered one primitive after the other.
 pub struct Topology {
@@ -47,7 +44,7 @@ impl Topology {
             topology.add_triangles(scene, primitive);
         }
         for (triangle, across) in topology.triangles.iter_mut().zip(prisms::across(mesh)) {
-            let [a, b, c] = across.map(|other| other.unwrap_or(NONE));
+            let [a, b, c] = across.map(|other| other.unwrap_or(NO_NEIGHBOUR));
             triangle.across = UVec4::new(a, b, c, 0);
         }
         let (welds, groups, vertices) = (topology.welds, smooth.len() as u32, topology.vertices.len() as u32);
