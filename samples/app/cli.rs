@@ -371,7 +371,7 @@ mod tests {
             "--min-steps 0",
             "--max-steps 5000",
             "--march steep",
-            "--shell walk",
+            "--shell cage",
             "--stage task",
             "--depth-offset maybe",
             "--validation gpu",
