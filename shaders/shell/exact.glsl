@@ -1,9 +1,9 @@
 // The exact march: the first point where the ray's curve leaves the side of the height field it is on, to f32 rounding.
 //
-// The curve is a rational quadratic in p in [0, 1], held as Bernstein control points in the map's cells, so any piece of
-// it is a blossom away and lies in the box of three points. A piece whose box the pyramid clears is skipped; near the
-// field the curve goes cell by cell, where W^2 (t - S(h)) is a polynomial of degree 5 whose six Bernstein coefficients
-// show whether it can change sign: tangent hits are not lost (DESIGN section 4; Thonat et al. 2021 for the hierarchy).
+// The curve is a rational quadratic in p in [0, 1] over the map's cells, so each piece lies in the box of its two ends and
+// one control point between them. A piece whose box the pyramid clears is skipped; near the field the curve goes cell by
+// cell, where W^2 (t - S(h)) is a polynomial of degree 5 whose six Bernstein coefficients show whether it can change
+// sign: tangent hits are not lost (DESIGN section 4; Thonat et al. 2021 for the hierarchy).
 //
 // Needs height_cell of shell/height.glsl.
 #ifndef SHELL_EXACT_GLSL
@@ -19,34 +19,16 @@ vec2 height_bounds(ivec2 first, ivec2 last);
 const float LEAST_RISE = 1e-5;
 const float NO_RISE = -1.0;
 
-// The curve by powers of p: (x, y, w) = c0 + p (c1 + p c2).
-struct Powers {
-    vec3 c0, c1, c2;
+// A cell and the heights of its texels.
+struct Place {
+    ivec2 cell;
+    vec4 h;
 };
 
-Powers powers_of(Curve curve) {
-    vec3 a = vec3(curve.x.x, curve.y.x, curve.w.x), b = vec3(curve.x.y, curve.y.y, curve.w.y);
-    vec3 c = vec3(curve.x.z, curve.y.z, curve.w.z);
-    return Powers(a, 2.0 * (b - a), (a - b) + (c - b));
-}
-
-vec3 point_at(Powers powers, float p) {
-    return powers.c0 + p * (powers.c1 + p * powers.c2);
-}
-
-// The middle control point of the piece [a, b]; the others are its ends.
-vec3 control_between(Powers powers, float a, float b) {
-    return powers.c0 + 0.5 * (a + b) * powers.c1 + (a * b) * powers.c2;
-}
-
-vec2 curve_at(Powers powers, float p) {
-    vec3 at = point_at(powers, p);
-    return at.xy / at.z;
-}
-
 // Signed height over the bilinear patch, positive on the side the ray is on.
-float clearance(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float p) {
-    vec2 f = curve_at(powers, p) - vec2(cell);
+float clearance(Curve curve, Powers powers, Field field, Place place, float p) {
+    vec2 f = curve_at(powers, p) - vec2(place.cell);
+    vec4 h = place.h;
     return field.side * (level_at(curve, p) - field_level(field, mix(mix(h.x, h.y, f.x), mix(h.z, h.w, f.x), f.y)));
 }
 
@@ -77,11 +59,12 @@ float cell_exit(Powers powers, ivec2 cell, float p) {
 }
 
 // Bernstein coefficients, times the side, of W^2 (t - S(h)) over [a, b] in one cell.
-void clearance_coefficients(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b,
-                            out float f[6]) {
+void clearance_coefficients(Curve curve, Powers powers, Field field, Place place, float a, float b, out float f[6]) {
+    vec4 h = place.h;
     vec3 first = point_at(powers, a), middle = control_between(powers, a, b), last = point_at(powers, b);
     vec3 w = vec3(first.z, middle.z, last.z);
-    vec3 x = vec3(first.x, middle.x, last.x) - float(cell.x) * w, y = vec3(first.y, middle.y, last.y) - float(cell.y) * w;
+    vec3 x = vec3(first.x, middle.x, last.x) - float(place.cell.x) * w;
+    vec3 y = vec3(first.y, middle.y, last.y) - float(place.cell.y) * w;
     float slope_x = field.scale * (h.y - h.x), slope_y = field.scale * (h.z - h.x);
     float twist = field.scale * (h.x - h.y - h.z + h.w);
     // W^2 and X (slope_x W + twist Y) + slope_y Y W, both of degree 4.
@@ -103,35 +86,10 @@ void clearance_coefficients(Curve curve, Powers powers, Field field, ivec2 cell,
     f[5] = d1 * ww[4] - field.side * hw[4];
 }
 
-// The root between a (clear) and b (not): regula falsi with the Illinois rule, until the clearance is rounding noise.
-float refined_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b) {
-    float fa = clearance(curve, powers, field, cell, h, a), fb = clearance(curve, powers, field, cell, h, b);
-    float noise = 1e-7 * (abs(field.scale) + abs(level_at(curve, a)));
-    int stays = 0;
-    for (int i = 0; i < 12 && b - a > LEAST_STEP && fa > noise && fb < -noise; ++i) {
-        float m = clamp(a + (b - a) * fa / (fa - fb), a, b);
-        float fm = clearance(curve, powers, field, cell, h, m);
-        if (abs(fm) <= noise) {
-            return m;
-        }
-        // An end that stays for a second time weighs half.
-        if (fm < 0.0) {
-            b = m;
-            fb = fm;
-            fa *= stays < 0 ? 0.5 : 1.0;
-            stays = -1;
-        } else {
-            a = m;
-            fa = fm;
-            fb *= stays > 0 ? 0.5 : 1.0;
-            stays = 1;
-        }
-    }
-    return fa <= 0.0 ? a : fb >= 0.0 ? b : clamp(a + (b - a) * fa / (fa - fb), a, b);
-}
+#include "shell/root.glsl"
 
 // The first p in [a, b] at which the curve leaves its side of the field, within one cell; 2 if it does not.
-float first_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, float a, float b) {
+float first_root(Curve curve, Powers powers, Field field, Place place, float a, float b) {
     float low = a, size = b - a;
     uint at = 0u;
     int depth = 0;
@@ -139,7 +97,7 @@ float first_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, fl
     for (int i = 0; i < 64; ++i) {
         float high = depth == 0 ? b : low + size;
         float f[6];
-        clearance_coefficients(curve, powers, field, cell, h, low, high, f);
+        clearance_coefficients(curve, powers, field, place, low, high, f);
         bool clear = true;
         int changes = 0;
         for (int k = 1; k < 6; ++k) {
@@ -151,7 +109,7 @@ float first_root(Curve curve, Powers powers, Field field, ivec2 cell, vec4 h, fl
             return changes == 1 && depth == 0 ? 2.0 : low;
         }
         if (changes == 1 && f[5] < 0.0) {
-            return refined_root(curve, powers, field, cell, h, low, high);
+            return refined_root(curve, powers, field, place, low, high);
         }
         if (!clear && depth < 12 && size > LEAST_STEP) {
             ++depth;
@@ -229,7 +187,8 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         } else {
             inch = LEAST_STEP;
         }
-        vec4 h = height_cell(curve.origin + cell);
+        Place place = Place(cell, height_cell(curve.origin + cell));
+        vec4 h = place.h;
         float from = p;
         // At most one hit from each side, so at most three pieces: a below-above-below passes twice.
         for (int pass = 0; pass < 3; ++pass) {
@@ -237,7 +196,7 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             bool clear = field.side > 0.0
                 ? min(ta, tb) > field_level(field, max(max(h.x, h.y), max(h.z, h.w)))
                 : max(ta, tb) < field_level(field, min(min(h.x, h.y), min(h.z, h.w)));
-            float root = clear ? 2.0 : first_root(curve, powers, field, cell, h, from, leave);
+            float root = clear ? 2.0 : first_root(curve, powers, field, place, from, leave);
             if (root > 1.0) {
                 break;
             }
@@ -258,7 +217,7 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         float between = 0.5 * (rose + 1.0);
         ivec2 cell = ivec2(floor(curve_at(powers, between)));
         float least = LEAST_RISE * max(abs(field.scale), max(abs(curve.t.x), abs(curve.t.y)));
-        if (clearance(curve, powers, field, cell, height_cell(curve.origin + cell), between) < least) {
+        if (clearance(curve, powers, field, Place(cell, height_cell(curve.origin + cell)), between) < least) {
             field.side = -field.side;
         }
     }

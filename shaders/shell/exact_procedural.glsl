@@ -18,19 +18,6 @@
 // Of the height range, the bounds' padding included.
 const float RESOLUTION = 4.0 * HEIGHT_PAD;
 
-float blossom(vec3 b, float s, float t) {
-    return mix(mix(b.x, b.y, s), mix(b.y, b.z, s), t);
-}
-
-// Control points of the piece [s, t].
-vec3 piece(vec3 b, float s, float t) {
-    return vec3(blossom(b, s, s), blossom(b, s, t), blossom(b, t, t));
-}
-
-vec2 curve_at(Curve curve, float p) {
-    return vec2(blossom(curve.x, p, p), blossom(curve.y, p, p)) / blossom(curve.w, p, p);
-}
-
 // UV of the curve's cell (0, 0), in cells; whole periods are of no account, and the nearer to 0, the more bits are
 // left.
 vec2 curve_offset(Curve curve) {
@@ -38,30 +25,18 @@ vec2 curve_offset(Curve curve) {
     return vec2(((curve.origin + size / 2) & (size - 1)) - size / 2) + 0.5;
 }
 
+// `curve_offset` of the curve.
+struct Place {
+    vec2 offset;
+};
+
 // Signed height over the field, positive on the side the ray is on.
-float clearance(Curve curve, Field field, vec2 offset, float p) {
-    vec2 uv = (curve_at(curve, p) + offset) / height_size();
+float clearance(Curve curve, Powers powers, Field field, Place place, float p) {
+    vec2 uv = (curve_at(powers, p) + place.offset) / height_size();
     return field.side * (level_at(curve, p) - field_level(field, height_at(uv, 0.0)));
 }
 
-// The root between a (clear) and b (not): regula falsi with the Illinois rule.
-float refined_root(Curve curve, Field field, vec2 offset, float a, float b) {
-    float fa = clearance(curve, field, offset, a), fb = clearance(curve, field, offset, b);
-    for (int i = 0; i < 8 && b - a > LEAST_STEP && fa > 0.0 && fb < 0.0; ++i) {
-        float m = clamp(a + (b - a) * fa / (fa - fb), a, b);
-        float fm = clearance(curve, field, offset, m);
-        if (fm < 0.0) {
-            b = m;
-            fb = fm;
-            fa *= 0.5;
-        } else {
-            a = m;
-            fa = fm;
-            fb *= 0.5;
-        }
-    }
-    return fa <= 0.0 ? a : fb >= 0.0 ? b : clamp(a + (b - a) * fa / (fa - fb), a, b);
-}
+#include "shell/root.glsl"
 
 // Least and greatest of t - slope . (cells - middle) over the piece [p, q] with control points x / y and weights w:
 // times the denominator it is a cubic, whose control points over those of the denominator bound the quotient.
@@ -77,18 +52,21 @@ vec2 levels_less(Curve curve, vec2 slope, vec2 middle, vec3 x, vec3 y, vec3 w, f
 // The first p at which the curve hits the field, or 2. `field.side` says where it starts and, on return, where it ends.
 // `limit` bounds the steps; 0 on return says that it was reached.
 float exact_hit(Curve curve, inout Field field, inout int limit) {
-    vec2 offset = curve_offset(curve), size = height_size();
+    Powers powers = powers_of(curve);
+    Place place = Place(curve_offset(curve));
+    vec2 offset = place.offset, size = height_size();
     float p = 0.0, step = 1.0;
     while (p < 1.0 && limit > 0) {
         --limit;
         float q = min(p + step, 1.0);
-        vec3 w = piece(curve.w, p, q);
+        vec3 a = point_at(powers, p), m = control_between(powers, p, q), b = point_at(powers, q);
+        vec3 w = vec3(a.z, m.z, b.z);
         bool bounded = min(w.x, min(w.y, w.z)) > 0.0 || max(w.x, max(w.y, w.z)) < 0.0;
         if (!bounded && q - p > 64.0 * LEAST_STEP) {
             step = 0.25 * (q - p);
             continue;
         }
-        vec3 x = piece(curve.x, p, q) / w, y = piece(curve.y, p, q) / w;
+        vec3 x = vec3(a.x, m.x, b.x) / w, y = vec3(a.y, m.y, b.y) / w;
         if (!bounded) {
             // Too short a piece to stray between its ends.
             x.y = x.x;
@@ -118,9 +96,9 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             step = max(0.25 * min(step, q - p), LEAST_STEP);
             continue;
         }
-        if (clearance(curve, field, offset, q) < 0.0) {
+        if (clearance(curve, powers, field, place, q) < 0.0) {
             if (field.side > 0.0 || field.two_sided) {
-                return refined_root(curve, field, offset, p, q);
+                return refined_root(curve, powers, field, place, p, q);
             }
             field.side = -field.side;
         }

@@ -22,8 +22,7 @@ float height_at(vec2 uv, float lod) {
 
 // dh/du and dh/dv of the bilinear patch at `uv`: the true slope of what `height_at` gives. One gather.
 vec2 height_gradient(vec2 uv, float lod) {
-    vec2 f, size;
-    size = height_size();
+    vec2 f, size = height_size();
     vec4 h = map_texels(HEIGHT_MAP, size, uv, f);
     return size * vec2(mix(h.y - h.x, h.w - h.z, f.y), mix(h.z - h.x, h.w - h.y, f.x));
 }
