@@ -3,9 +3,7 @@
 // Marks welded vertices whose shell normal is zero or leans too far against a lid or base around it: a ray may slip
 // past the lids there.
 #include "render/deform.glsl"
-
-// As in engine/src/shell/walk.rs.
-const float LEAST_COSINE = 0.05;
+#include "shell/lean.glsl"
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
@@ -26,7 +24,7 @@ void main() {
         }
         vec3 normal = unit_or_zero(cross(p[1] - p[0], p[2] - p[0]));
         for (int k = 0; k < 3; ++k) {
-            if (dot(normal, unit_or_zero(shell[k])) < LEAST_COSINE) {
+            if (leans(normal, shell[k])) {
                 atomicOr(folds.item[weld[k]], LEANS);
             }
         }

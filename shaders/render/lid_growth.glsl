@@ -3,6 +3,7 @@
 #define RENDER_LID_GROWTH_GLSL
 
 #include "render/interface.glsl"
+#include "shell/lean.glsl"
 
 // In pixels. It keeps the rasteriser's snapping (1/512 pixel) from dropping pixels at the outline also where the normal
 // leans; the trace clips to the exact shell.
@@ -10,10 +11,6 @@ const float GROWTH = 0.125;
 
 // Prisms up to this many near depths away count as cut by the near plane: it may clip their lids, which are drawn grown.
 const float NEAR_REACH = 1.01;
-
-// Shell normals are 1 long, less where prisms would fold (DESIGN section 1). Beyond this the growth shrinks with them: as
-// levels it stays alike over a lid, or these would be far from what the lid's planes are.
-const float LEAST_NORMAL = 0.5;
 
 // The growth as levels, for a corner at `at` with shell normal `shell`.
 float lid_growth(Object object, vec3 at, vec3 shell) {

@@ -15,7 +15,7 @@ pub const NO_NEIGHBOUR: u32 = u32::MAX;
 /// not widen the outline enough for the rasteriser's snapping (see `GROWTH` in `shaders/render/lid_growth.glsl`).
 const LEAST_COSINE: f64 = 0.05;
 
-/// The length of a shell normal below which the growth shrinks with it; that of `shaders/render/lid_growth.glsl`.
+/// The length of a shell normal below which the growth shrinks with it; that of `shaders/shell/lean.glsl`.
 const LEAST_NORMAL: f64 = 0.5;
 
 /// The walk's view of one primitive's shell.
@@ -50,7 +50,9 @@ impl WalkGeometry {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [base, lid]| [low.min(*base), high.max(*lid)])
         };
         let reach: Vec<_> = primitive.triangles.iter().map(reach).collect();
-        let irregular = irregular(primitive, shell, &lids);
+        let leaning = leaning(primitive, shell, &lids);
+        let leans = |v: &u32| leaning.contains(&primitive.weld[*v as usize]);
+        let irregular = primitive.triangles.iter().map(|triangle| triangle.iter().any(leans)).collect();
         let plain = geometry.prisms.iter().map(|prism| prism.plain).collect();
         let mut walk = WalkGeometry { neighbours, lids, reach, irregular, plain, borders: Vec::new(), border_count: 0 };
         let (mut borders, others): (Vec<u32>, Vec<u32>) =
@@ -114,8 +116,8 @@ fn lids(primitive: &Primitive, geometry: &ShellGeometry) -> Vec<[f64; 2]> {
     primitive.weld.iter().map(|w| welded.get(w).copied().unwrap_or_default()).collect()
 }
 
-/// The prisms around a vertex whose shell normal is zero, or leans too far against a lid or base there.
-fn irregular(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) -> Vec<bool> {
+/// Welded vertices whose shell normal is zero, or leans too far against a lid or base there.
+pub(crate) fn leaning(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) -> HashSet<u32> {
     let mut leaning = HashSet::new();
     for triangle in &primitive.triangles {
         for side in [0, 1] {
@@ -133,6 +135,5 @@ fn irregular(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) -> Vec<bo
             }
         }
     }
-    let leans = |v: &u32| leaning.contains(&primitive.weld[*v as usize]);
-    primitive.triangles.iter().map(|triangle| triangle.iter().any(leans)).collect()
+    leaning
 }

@@ -10,7 +10,10 @@ use crate::render::layout::Vertex;
 use crate::render::{Output, Renderer, shader_compiler};
 use crate::scene::Mesh;
 use crate::settings::{Settings, Shell, Validation};
-use crate::shell::certificate;
+use crate::shell::{certificate, walk};
+
+/// The bit of the same name in `shaders/render/deform.glsl`.
+const LEANS: u32 = 1 << 31;
 
 /// A scene of the project's assets whose first mesh deforms.
 fn asset(name: &str) -> Scene {
@@ -147,6 +150,19 @@ fn agrees(name: &str, reach: f64) {
     assert!(counts.len() > 3 && folds.plain.len() > 10, "the pose is to fold, in all degrees: {counts:?}");
     let wrong = (0..factors.len()).filter(|w| factors[*w] != folds.factors[*w]).count();
     assert_eq!((wrong, folding), (0, 0), "of {} factors", factors.len());
+
+    // Which of them lean, at the levels of the mesh's own lids.
+    let primitive = &mesh.primitives[0];
+    let lifts = |w: &u32| (mesh.shell_normals[*w as usize] * folds.factors[*w as usize]).as_vec3();
+    let shell: Vec<Vec3> = primitive.weld.iter().map(lifts).collect();
+    let lids = &rig.renderer.plan().primitives[0].walk.as_ref().unwrap().lids;
+    let leaning = walk::leaning(primitive, &shell, lids);
+    let standing = leaning.iter().filter(|w| folds.factors[**w as usize] > 0.0).count();
+    let words: Vec<u32> = rig.read(&rig.renderer.deformers[0].passes.buffers().folds);
+    let wrong = (0..factors.len()).filter(|w| (words[*w] & LEANS != 0) != leaning.contains(&(*w as u32))).count();
+    println!("{name}: {} lean, {standing} of them not to zero; {wrong} told otherwise", leaning.len());
+    assert!(standing >= 10, "the pose is to make normals lean");
+    assert_eq!(wrong, 0);
 }
 
 #[test]
