@@ -96,10 +96,11 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     // A baseline has its mesh made once.
     let deforms = mesh.deforms && settings.baseline.is_none();
     if shelled && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
-        let mut folds = certificate::mesh_folds(scene, mesh);
-        if deforms {
-            folds = Folds { factors: vec![1.0; mesh.shell_normals.len()], reduced: Vec::new(), plain: Vec::new() };
-        }
+        let folds = if deforms {
+            Folds { factors: vec![1.0; mesh.shell_normals.len()], reduced: Vec::new(), plain: Vec::new() }
+        } else {
+            certificate::mesh_folds(scene, mesh)
+        };
         if !folds.reduced.is_empty() {
             plan.notices.push(format!(
                 "mesh '{}': {} shell normals are shortened to keep prisms from folding, {} triangles stay plain",
@@ -123,7 +124,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
         let walks = shell == Shell::Walk && geometry.is_displaced();
-        let walk = walks.then(|| WalkGeometry::new(primitive, &shell_normals, &geometry));
+        let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
             primitive: p,

@@ -23,6 +23,17 @@ pub enum Wall {
     Closed = 4,
 }
 
+/// A wall of a triangle of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Across {
+    /// Primitive of the mesh.
+    pub primitive: usize,
+    /// Triangle of the primitive.
+    pub triangle: usize,
+    /// Its own number of the wall.
+    pub wall: usize,
+}
+
 /// One prism.
 #[derive(Clone, Copy, Debug)]
 pub struct Prism {
@@ -30,6 +41,8 @@ pub struct Prism {
     pub corners: [u32; 3],
     /// Wall k joins corners (k+1, k+2) mod 3.
     pub walls: [Wall; 3],
+    /// What lies across wall k; none at a border, which is any edge without exactly two oppositely wound triangles.
+    pub across: [Option<Across>; 3],
     /// Wall k's welded ids descend from corner k+1 to corner k+2: its canonical order is the reverse.
     pub descending: [bool; 3],
     /// The neighbour's height map coordinates at wall k's canonical first and second corner.
@@ -128,8 +141,7 @@ pub fn height_uvs(primitive: &Primitive, displacement: &Displacement) -> Vec<Vec
 
 /// A triangle of the mesh seen from one of its edges.
 struct Side {
-    primitive: usize,
-    triangle: usize,
+    at: Across,
     /// Runs from the lower to the higher welded id.
     ascending: bool,
     /// Vertices at the lower and the higher id.
@@ -189,6 +201,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                 let mut prism = Prism {
                     corners: triangle,
                     walls: [Wall::Open; 3],
+                    across: [None; 3],
                     descending: [false; 3],
                     neighbour_uv: [[Vec2::ZERO; 2]; 3],
                     field: [0; 3],
@@ -201,24 +214,27 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     let (i, j) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
                     let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
                     prism.descending[k] = wi > wj;
+                    let other = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t);
+                    prism.across[k] = other.map(|other| other.at);
                     if plain {
                         continue;
                     }
-                    let Some(other) = neighbour(&edges, (wi.min(wj), wi.max(wj)), p, t) else {
+                    let Some(other) = other else {
                         if border_wall {
                             prism.walls[k] = Wall::Closed;
                             prism.range[0] = prism.range[0].min(lowest);
                         }
                         continue;
                     };
-                    let there = &mesh.primitives[other.primitive];
+                    let at = other.at;
+                    let there = &mesh.primitives[at.primitive];
                     prism.behind[k] = scene.materials[there.material].double_sided;
-                    if !displaced(there, there.triangles[other.triangle]) {
+                    if !displaced(there, there.triangles[at.triangle]) {
                         prism.walls[k] = Wall::Plain;
                         prism.range = [prism.range[0].min(0.0), prism.range[1].max(0.0)];
                         continue;
                     }
-                    let across = other.ends.map(|v| uvs[other.primitive][v as usize]);
+                    let across = other.ends.map(|v| uvs[at.primitive][v as usize]);
                     let here = if wi > wj { [j, i] } else { [i, j] }.map(|v| uvs[p][v as usize]);
                     prism.neighbour_uv[k] = across;
                     let (own, theirs) = (field(scene, primitive), field(scene, there));
@@ -233,7 +249,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     };
                     if prism.walls[k] == Wall::Seam {
                         prism.field[k] = number.unwrap_or(0);
-                        let range = ranges[other.primitive][other.triangle];
+                        let range = ranges[at.primitive][at.triangle];
                         prism.range = [prism.range[0].min(range[0]), prism.range[1].max(range[1])];
                         scale = scale.max(there.displacement_scale);
                     }
@@ -244,26 +260,6 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
             geometry
         })
         .collect()
-}
-
-/// The triangle across each wall of each triangle of a mesh, numbered one primitive after the other; none at a border.
-pub fn across(mesh: &Mesh) -> Vec<[Option<u32>; 3]> {
-    let edges = edges(mesh);
-    let mut first = vec![0];
-    for primitive in &mesh.primitives {
-        first.push(first[first.len() - 1] + primitive.triangles.len() as u32);
-    }
-    let walls = |p: usize, t: usize, triangle: &[u32; 3]| {
-        std::array::from_fn(|k| {
-            let [i, j] = [triangle[(k + 1) % 3], triangle[(k + 2) % 3]].map(|v| mesh.primitives[p].weld[v as usize]);
-            let other = neighbour(&edges, (i.min(j), i.max(j)), p, t)?;
-            Some(first[other.primitive] + other.triangle as u32)
-        })
-    };
-    let of = |(p, primitive): (usize, &Primitive)| -> Vec<_> {
-        primitive.triangles.iter().enumerate().map(|(t, triangle)| walls(p, t, triangle)).collect()
-    };
-    mesh.primitives.iter().enumerate().flat_map(of).collect()
 }
 
 /// Room for the rounding of levels in f32, and a thickness for surfaces of constant height.
@@ -308,12 +304,8 @@ fn edges(mesh: &Mesh) -> HashMap<(u32, u32), Vec<Side>> {
                 let (wi, wj) = (primitive.weld[i as usize], primitive.weld[j as usize]);
                 let ascending = wi < wj;
                 let ends = if ascending { [i, j] } else { [j, i] };
-                edges.entry((wi.min(wj), wi.max(wj))).or_default().push(Side {
-                    primitive: p,
-                    triangle: t,
-                    ascending,
-                    ends,
-                });
+                let at = Across { primitive: p, triangle: t, wall: k };
+                edges.entry((wi.min(wj), wi.max(wj))).or_default().push(Side { at, ascending, ends });
             }
         }
     }
@@ -330,7 +322,7 @@ fn neighbour(
 ) -> Option<&Side> {
     match edges.get(&edge).map(Vec::as_slice) {
         Some([a, b]) if a.ascending != b.ascending => {
-            Some(if (a.primitive, a.triangle) == (primitive, triangle) { b } else { a })
+            Some(if (a.at.primitive, a.at.triangle) == (primitive, triangle) { b } else { a })
         }
         _ => None,
     }

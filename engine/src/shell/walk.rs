@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DVec3, Vec3};
 
-use super::prisms::{ShellGeometry, Wall};
-use crate::scene::Primitive;
+use super::prisms::{Prism, ShellGeometry, Wall};
+use crate::scene::{Mesh, Primitive};
 
 /// No prism lies across; `NO_NEIGHBOUR` of `shaders/shell/prism_bits.glsl`.
 pub const NO_NEIGHBOUR: u32 = u32::MAX;
@@ -39,9 +39,10 @@ pub struct WalkGeometry {
 }
 
 impl WalkGeometry {
-    /// Gathers it. `shell`: shell normal times r of each vertex.
-    pub fn new(primitive: &Primitive, shell: &[Vec3], geometry: &ShellGeometry) -> Self {
-        let neighbours = neighbours(primitive, geometry);
+    /// Gathers it for primitive `index` of a mesh. `shell`: shell normal times r of each vertex.
+    pub fn new(mesh: &Mesh, index: usize, shell: &[Vec3], geometry: &ShellGeometry) -> Self {
+        let primitive = &mesh.primitives[index];
+        let neighbours = neighbours(index, geometry);
         let lids = lids(primitive, geometry);
         let reach = |triangle: &[u32; 3]| {
             let levels = triangle.map(|v| lids[v as usize]);
@@ -74,32 +75,17 @@ impl WalkGeometry {
     }
 }
 
-/// Prism and wall across each wall.
-fn neighbours(primitive: &Primitive, geometry: &ShellGeometry) -> Vec<[u32; 3]> {
-    let walks = |p: usize, k: usize| {
-        let prism = &geometry.prisms[p];
-        !prism.plain && matches!(prism.walls[k], Wall::Same | Wall::Seam)
+/// Prism and wall across each wall of the prisms of a mesh's primitive `index`.
+fn neighbours(index: usize, geometry: &ShellGeometry) -> Vec<[u32; 3]> {
+    let of = |prism: &Prism| {
+        std::array::from_fn(|k| match prism.across[k] {
+            Some(at) if at.primitive == index && matches!(prism.walls[k], Wall::Same | Wall::Seam) => {
+                4 * at.triangle as u32 + at.wall as u32
+            }
+            _ => NO_NEIGHBOUR,
+        })
     };
-    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-    let edge = |triangle: &[u32; 3], k: usize| {
-        let [i, j] = [(k + 1) % 3, (k + 2) % 3].map(|c| primitive.weld[triangle[c] as usize]);
-        (i.min(j), i.max(j))
-    };
-    let sides = || {
-        let walls = |(p, triangle)| (0..3).map(move |k| (p, triangle, k));
-        primitive.triangles.iter().enumerate().flat_map(walls).filter(|(p, _, k)| walks(*p, *k))
-    };
-    for (p, triangle, k) in sides() {
-        edges.entry(edge(triangle, k)).or_default().push(4 * p as u32 + k as u32);
-    }
-    let mut neighbours = vec![[NO_NEIGHBOUR; 3]; primitive.triangles.len()];
-    for (p, triangle, k) in sides() {
-        // Such a wall has one other side; where it is alone here, that is in another primitive.
-        let own = 4 * p as u32 + k as u32;
-        let other = edges[&edge(triangle, k)].iter().find(|side| **side != own);
-        neighbours[p][k] = other.copied().unwrap_or(NO_NEIGHBOUR);
-    }
-    neighbours
+    geometry.prisms.iter().map(of).collect()
 }
 
 /// Base and lid of each vertex; those at one position share them.
@@ -136,4 +122,90 @@ pub(crate) fn leaning(primitive: &Primitive, shell: &[Vec3], lids: &[[f64; 2]]) 
         }
     }
     leaning
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene;
+    use crate::shell::{certificate, prisms};
+
+    /// Each primitive of an asset that is displaced, with its prisms and what the walk has of it.
+    fn walked(name: &str) -> Vec<(Primitive, ShellGeometry, WalkGeometry)> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name);
+        let scene = scene::load(&path).unwrap();
+        let mut all = Vec::new();
+        for mesh in &scene.meshes {
+            let factors = certificate::mesh_folds(&scene, mesh).factors;
+            for (index, geometry) in prisms::build(&scene, mesh, &factors).into_iter().enumerate() {
+                let primitive = &mesh.primitives[index];
+                let lift = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
+                let shell: Vec<Vec3> = primitive.weld.iter().map(lift).collect();
+                if geometry.is_displaced() {
+                    let walk = WalkGeometry::new(mesh, index, &shell, &geometry);
+                    all.push((primitive.clone(), geometry, walk));
+                }
+            }
+        }
+        assert!(!all.is_empty(), "{name}");
+        all
+    }
+
+    const ASSETS: [&str; 6] =
+        ["torus.gltf", "cube.gltf", "suzanne.gltf", "cloth.gltf", "stability_seams.gltf", "stability_slivers.gltf"];
+
+    #[test]
+    fn neighbours_share_the_edge_and_name_each_other() {
+        for name in ASSETS {
+            for (primitive, geometry, walk) in walked(name) {
+                let edge = |p: usize, k: usize| {
+                    let corners = geometry.prisms[p].corners;
+                    [corners[(k + 1) % 3], corners[(k + 2) % 3]].map(|v| primitive.weld[v as usize])
+                };
+                for (p, walls) in walk.neighbours.iter().enumerate() {
+                    for (k, &across) in walls.iter().enumerate().filter(|(_, across)| **across != NO_NEIGHBOUR) {
+                        let (other, wall) = ((across / 4) as usize, (across % 4) as usize);
+                        assert_eq!(walk.neighbours[other][wall], 4 * p as u32 + k as u32, "{name}");
+                        let [i, j] = edge(p, k);
+                        assert_eq!(edge(other, wall), [j, i], "{name}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lids_clear_every_surface_around_a_vertex_and_are_one_at_a_place() {
+        for name in ASSETS {
+            for (primitive, geometry, walk) in walked(name) {
+                for (prism, [base, lid]) in geometry.prisms.iter().zip(&walk.reach) {
+                    for v in prism.corners {
+                        let [low, high] = walk.lids[v as usize];
+                        assert!(low <= prism.range[0] && prism.range[1] <= high, "{name}");
+                        assert!(*base <= low && high <= *lid, "{name}");
+                    }
+                }
+                let mut welded = HashMap::new();
+                for (weld, levels) in primitive.weld.iter().zip(&walk.lids) {
+                    assert_eq!(welded.entry(weld).or_insert(levels), &levels, "{name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn borders_come_first_and_closed_meshes_have_none() {
+        for name in ASSETS {
+            for (_, geometry, walk) in walked(name) {
+                let mut listed = walk.borders.clone();
+                let border = |i: usize| walk.is_border(listed[i] as usize);
+                assert!((0..listed.len()).all(|i| border(i) == (i < walk.border_count as usize)), "{name}");
+                listed.sort_unstable();
+                assert!(listed.iter().copied().eq(0..geometry.prisms.len() as u32), "{name}");
+                assert_eq!(walk.is_open(), !["torus.gltf", "cube.gltf"].contains(&name), "{name}");
+            }
+        }
+    }
 }

@@ -7,7 +7,7 @@ use glam::{UVec4, Vec4};
 use crate::render::layout::{DeformTriangle, DeformVertex};
 use crate::render::plan::PlannedPrimitive;
 use crate::scene::{Mesh, Primitive, Scene, tangent_space};
-use crate::shell::{certificate, prisms, walk::NO_NEIGHBOUR};
+use crate::shell::{certificate, prisms::Across, walk::NO_NEIGHBOUR};
 
 /// A mesh's vertices and triangles, numbered one primitive after the other.
 pub struct Topology {
@@ -43,9 +43,12 @@ impl Topology {
             topology.add_vertices(scene, primitive, planned, &mut smooth);
             topology.add_triangles(scene, primitive);
         }
-        for (triangle, across) in topology.triangles.iter_mut().zip(prisms::across(mesh)) {
-            let [a, b, c] = across.map(|other| other.unwrap_or(NO_NEIGHBOUR));
-            triangle.across = UVec4::new(a, b, c, 0);
+        for (planned, [_, first]) in planned.iter().zip(topology.firsts.clone()) {
+            for (triangle, prism) in topology.triangles[first as usize..].iter_mut().zip(&planned.shell.prisms) {
+                let number = |at: Across| topology.firsts[at.primitive][1] + at.triangle as u32;
+                let [a, b, c] = prism.across.map(|at| at.map_or(NO_NEIGHBOUR, number));
+                triangle.across = UVec4::new(a, b, c, 0);
+            }
         }
         let (welds, groups, vertices) = (topology.welds, smooth.len() as u32, topology.vertices.len() as u32);
         topology.add_fans(welds, |vertices, v| vertices[v as usize].ids.x);
@@ -92,7 +95,7 @@ impl Topology {
             let [a, b, c] = triangle.map(|v| first + v);
             self.triangles.push(DeformTriangle {
                 corners: UVec4::new(a, b, c, u32::from(range.is_some())),
-                across: UVec4::ZERO,
+                across: UVec4::splat(NO_NEIGHBOUR),
                 range: Vec4::new(low as f32, high as f32, 0.0, 0.0),
             });
         }
