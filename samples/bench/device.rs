@@ -53,13 +53,20 @@ impl Device {
         Renderer::new(&self.ctx, &self.compiler, scene, settings, output)
     }
 
-    /// One frame's GPU time, milliseconds.
-    pub fn time(&mut self, renderer: &mut Renderer, camera: &Camera) -> Result<f64> {
+    /// Draws one frame, timed or not, and returns its slot.
+    fn draw(&mut self, renderer: &mut Renderer, camera: &Camera, timed: bool) -> Result<usize> {
         let mut frame = self.frames.begin()?;
         let slot = frame.slot();
         self.target.prepare(&mut frame.cmd);
-        renderer.record(&mut frame.cmd, slot, camera, self.target.image(), Some(&mut self.timers))?;
+        let timers = timed.then_some(&mut self.timers);
+        renderer.record(&mut frame.cmd, slot, camera, self.target.image(), timers)?;
         self.frames.submit_and_wait(frame)?;
+        Ok(slot)
+    }
+
+    /// One frame's GPU time, milliseconds.
+    pub fn time(&mut self, renderer: &mut Renderer, camera: &Camera) -> Result<f64> {
+        let slot = self.draw(renderer, camera, true)?;
         self.timers.resolve(slot).into_iter().map(|pass| pass.gpu_ms).sum::<Option<f64>>().ok_or_else(|| {
             let what = format!("'{}' has no timestamps", self.ctx.device_name());
             Error::unsupported(what, "choose another device with --gpu")
@@ -70,11 +77,7 @@ impl Device {
     pub fn surface(&mut self, scene: &Scene, settings: &Settings, camera: &Camera) -> Result<Aov> {
         let output = Output { color_format: offscreen::FORMAT, aov: true };
         let mut renderer = Renderer::new(&self.ctx, &self.compiler, scene, settings, output)?;
-        let mut frame = self.frames.begin()?;
-        let slot = frame.slot();
-        self.target.prepare(&mut frame.cmd);
-        renderer.record(&mut frame.cmd, slot, camera, self.target.image(), None)?;
-        self.frames.submit_and_wait(frame)?;
+        self.draw(&mut renderer, camera, false)?;
         renderer.read_aov()
     }
 

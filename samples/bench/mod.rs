@@ -153,25 +153,12 @@ impl Bench {
     /// What there is to pay at least, and how much more ours costs.
     fn floors(&mut self, scene: &Scene, ours: &Variant) -> Result<()> {
         let place = self.place(SCENE, scene, ours)?;
-        for (row, floor) in variants::floors() {
-            let target = row.contains("walk").then_some(Target::AtMost(variants::OVER_FLOOR));
-            let measured = match floor {
-                Some(floor) => {
-                    let least = self.place(SCENE, scene, &floor)?;
-                    self.time(row, least, &floor, None);
-                    Some(Measured::Over(place, vec![least]))
-                }
-                None => {
-                    let setting = "this build has no walk".to_owned();
-                    self.push(Row { name: row.to_owned(), setting, unit: "ms", ..Row::default() }, None);
-                    None
-                }
-            };
-            let setting = ours.name.clone();
-            self.push(
-                Row { name: format!("ours over the {row}"), setting, unit: "×", target, ..Row::default() },
-                measured,
-            );
+        for (row, floor, most) in variants::floors() {
+            let least = self.place(SCENE, scene, &floor)?;
+            self.time(row, least, &floor, None);
+            let (name, setting) = (format!("ours over the {row}"), ours.name.clone());
+            let row = Row { name, setting, unit: "×", target: most.map(Target::AtMost), ..Row::default() };
+            self.push(row, Some(Measured::Over(place, vec![least])));
         }
         Ok(())
     }

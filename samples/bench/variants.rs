@@ -13,9 +13,6 @@ const MARCHES: &[(March, &[(u32, u32)])] = &[
     (March::Pom, &[(1, 0), (2, 0), (3, 0), (4, 0), (6, 0), (8, 0), (12, 0), (16, 0), (32, 0), (64, 0)]),
 ];
 
-/// The walk through the shell without any height lookup, to the base surface: what a march costs at least.
-const FLOOR: (Shell, March) = (Shell::Walk, March::None);
-
 /// How a micro-mesh is drawn.
 const MICRO_MESHES: &[(&str, Culling)] = &[
     ("culled by cluster", Culling::Clusters),
@@ -26,7 +23,7 @@ const MICRO_MESHES: &[(&str, Culling)] = &[
 /// How many times faster than the micro-mesh a shell has to be, by depth error in pixel footprints.
 pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
 /// The tightest error's setting, in floors.
-pub const OVER_FLOOR: f64 = 5.0;
+const OVER_FLOOR: f64 = 5.0;
 /// Twice the base triangles at the same coverage.
 pub const DOUBLED: f64 = 1.3;
 /// The same detail in a map of 8 times the texels on a side.
@@ -74,12 +71,17 @@ pub fn micro_meshes(density: u32) -> Vec<Variant> {
     MICRO_MESHES.iter().map(variant).collect()
 }
 
-/// The floors: a name for the row, and the variant where this build has it.
-pub fn floors() -> [(&'static str, Option<Variant>); 2] {
-    let walk = Settings { shell: FLOOR.0, march: FLOOR.1, ..Settings::default() };
+/// The floors: a name for the row, the variant, and how many times as long the tightest error's setting may take.
+pub fn floors() -> [(&'static str, Variant, Option<f64>); 2] {
+    // The walk to the base surface looks up no height: what any march costs at least.
+    let walk = Settings { shell: Shell::Walk, march: March::None, ..Settings::default() };
     let normal = Settings { shell: Shell::Off, march: March::Normal, ..Settings::default() };
     [
-        ("floor: the walk without height lookups", Some(Variant { name: "walk, no lookups".into(), settings: walk })),
-        ("floor: normal-mapped base surface", Some(Variant { name: "off normal".into(), settings: normal })),
+        (
+            "floor: the walk without height lookups",
+            Variant { name: "walk, no lookups".into(), settings: walk },
+            Some(OVER_FLOOR),
+        ),
+        ("floor: normal-mapped base surface", Variant { name: "off normal".into(), settings: normal }, None),
     ]
 }
