@@ -13,9 +13,7 @@ use prism_engine::{
     render,
     settings::{Shell, Stage},
 };
-use rig::Rig;
-
-const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
+use rig::{Rig, SHELLS};
 
 /// Results that must not be contracted, by opcode, and what they are made of; of a SPIR-V module.
 struct Uncontracted {

@@ -6,15 +6,13 @@ use prism_engine::{
     aov::Aov,
     measure,
     scene::{Camera, HeightTexels, Primitive, Scene},
-    settings::Shell,
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, STAGES, random::Random};
+use rig::{Rig, SHELLS, STAGES, random::Random};
 
 /// Views of each mesh.
 const VIEWS: u64 = 200;
 const SIZE: [u32; 2] = [64, 64];
-const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
 
 /// The scene with every height map flat.
 fn flat(name: &str) -> Scene {

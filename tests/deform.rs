@@ -8,19 +8,12 @@ use glam::{DVec3, Vec3};
 use prism_engine::{
     measure::Metrics,
     scene::{Camera, Scene},
-    settings::{Settings, Shell, Stage},
+    settings::{Settings, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, STAGES};
-
-/// The figures of the exact shell.
-const DEPTH_P99: f64 = 0.05;
-const ABOVE_1: f64 = 1e-4;
-/// Pixels that one picture alone covers, per covered pixel.
-const COVERAGE: f64 = 2e-4;
+use rig::{Rig, SHELLS, STAGES, exactness};
 
 const EXTENT: [u32; 2] = [160, 90];
-const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
 
 /// Where a point of the mesh is at a time.
 type Motion = fn(DVec3, f64) -> DVec3;
@@ -102,30 +95,14 @@ fn follows(name: &str, motion: Motion, times: [f64; 3], least_covered: usize) {
         for (i, pose) in poses.iter().enumerate() {
             let drawn = easel.draw_posed(&camera, Some((0, pose)));
             let m = Metrics::between(&drawn, &truths[i], &camera);
-            let line = format!(
-                "{name} at {} {} {}: {} pixels, p99 {:.1e}, above 1 {:.1e}, coverage {:.1e}, normal {:.1e}, {} NaN, {} lost",
-                times[i],
-                settings.shell,
-                settings.stage,
-                m.covered,
-                m.depth_p99,
-                m.depth_above_1,
-                m.coverage_differs,
-                m.normal_p99,
-                m.nan_count,
-                easel.limits_reached()
-            );
+            let (limits, time) = (easel.limits_reached(), times[i]);
+            let line = format!("{name} at {time} {} {}: {limits} lost, {m:?}", settings.shell, settings.stage);
             println!("{line}");
             for line in rig::worst::lines(&drawn, &truths[i], &camera, rig::worst::asked()) {
                 println!("{line}");
             }
             assert!(m.covered >= least_covered, "{line}");
-            let met = m.depth_p99 <= DEPTH_P99
-                && m.depth_above_1 <= ABOVE_1
-                && m.coverage_differs <= COVERAGE
-                && m.nan_count == 0
-                && easel.limits_reached() == 0;
-            if !met {
+            if !exactness::misses(&m, limits).is_empty() {
                 wrong.push(line);
             }
         }
@@ -186,9 +163,9 @@ fn without_a_pose_it_rests() {
     let truth = Reference::new(&scene).render(&camera, EXTENT[0], EXTENT[1], Shadows::Skip);
     scene.meshes[0].deforms = true;
     for settings in settings() {
-        let drawn = rig.easel(&scene, &settings, EXTENT).draw(&camera);
+        let mut easel = rig.easel(&scene, &settings, EXTENT);
+        let drawn = easel.draw(&camera);
         let m = Metrics::between(&drawn, &truth, &camera);
-        assert!(m.depth_p99 <= DEPTH_P99 && m.depth_above_1 <= ABOVE_1, "{} {}", settings.shell, settings.stage);
-        assert!(m.coverage_differs <= COVERAGE, "{} {}", settings.shell, settings.stage);
+        assert_eq!(exactness::misses(&m, easel.limits_reached()), [], "{} {}", settings.shell, settings.stage);
     }
 }

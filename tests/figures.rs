@@ -18,7 +18,10 @@ use prism_engine::{
     settings::{Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, STAGES};
+use rig::{
+    Rig, SHELLS, STAGES,
+    exactness::{self, ABOVE_1, COVERAGE, DEPTH_P99},
+};
 
 /// The scenes, by their files below `assets/`.
 const SCENES: [&str; 10] = [
@@ -33,15 +36,6 @@ const SCENES: [&str; 10] = [
     "stability_far",
     "stability_inside",
 ];
-/// The shells.
-const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
-
-/// 99 % of the pixels are this near to the truth, in pixel footprints.
-const DEPTH_P99: f64 = 0.05;
-/// Share of the pixels that may be off by more than a footprint.
-const ABOVE_1: f64 = 1e-4;
-/// Pixels that one picture alone covers, per covered pixel.
-const COVERAGE: f64 = 2e-4;
 
 /// Cells that miss a figure for now: scene, figure, why. They are measured and shown like the others, as missed.
 const EXPECTED_MISSES: &[(&str, &str, &str)] = &[];
@@ -61,20 +55,7 @@ struct Cell {
 impl Cell {
     /// The figures that it misses, by name, and its values there.
     fn misses(&self) -> Vec<(&'static str, String)> {
-        let m = &self.metrics;
-        let limited = [
-            ("p99", m.depth_p99, DEPTH_P99),
-            ("above 1", m.depth_above_1, ABOVE_1),
-            ("coverage", m.coverage_differs, COVERAGE),
-        ];
-        let over = limited.into_iter().filter(|(_, value, limit)| value > limit || value.is_nan());
-        let mut misses: Vec<_> = over.map(|(name, value, _)| (name, format!("{value:.1e}"))).collect();
-        if m.nan_count > 0 {
-            misses.push(("NaN", m.nan_count.to_string()));
-        }
-        if self.limits > 0 {
-            misses.push(("limits", self.limits.to_string()));
-        }
+        let mut misses = exactness::misses(&self.metrics, self.limits);
         if !self.repeats {
             misses.push(("repeats", "no".to_owned()));
         }

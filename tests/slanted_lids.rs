@@ -15,15 +15,15 @@ use prism_engine::{
     settings::Shell,
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, STAGES, random::Random};
+use rig::{
+    Rig, STAGES,
+    exactness::{ABOVE_1, COVERAGE, DEPTH_P99},
+    random::Random,
+};
 
 const SIZE: [u32; 2] = [160, 120];
 /// Views of each mesh: from anywhere, along the surface, with parallel rays, of each a third.
 const VIEWS: usize = 18;
-/// The figures of the exact shell (tests/figures.rs), here over all views together.
-const DEPTH_P99: f64 = 0.05;
-const ABOVE_1: f64 = 1e-4;
-const COVERAGE: f64 = 2e-4;
 
 /// A ramp up the map with bumps on it.
 fn ramp() -> HeightMap {
@@ -120,6 +120,7 @@ fn near_the_truth(scene: &Scene, seed: u64) {
     let (rig, reference) = (Rig::new(), Reference::new(scene));
     let mut easels = STAGES.map(|stage| (stage, rig.easel(scene, &rig::exact(Shell::Walk, stage), SIZE)));
     let mut random = Random(seed);
+    // The figures are those of all views together.
     // Pixels, those off by more than a footprint, those that one picture alone covers; of all views and both stages.
     let (mut covered, mut off, mut uncovered, mut worst) = (0.0, 0.0, 0.0, 0f64);
     for number in 0..VIEWS {

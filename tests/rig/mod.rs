@@ -3,6 +3,7 @@
 // Every test file is a program of its own and uses its own part of this.
 #![allow(dead_code)]
 
+pub mod exactness;
 pub mod random;
 pub mod worst;
 
@@ -26,6 +27,9 @@ use prism_engine::{
 
 /// Both stages that can make a shell.
 pub const STAGES: [Stage; 2] = [Stage::Mesh, Stage::Geometry];
+
+/// Both shells.
+pub const SHELLS: [Shell; 2] = [Shell::Prism, Shell::Walk];
 
 /// A scene of the project's assets.
 pub fn asset(name: &str) -> Scene {
