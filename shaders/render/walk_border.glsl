@@ -13,9 +13,14 @@ float crossing_depth(ProjectedPrism projected, vec3 s[3], float t, int wall, vec
     return depth_at(path_lambda(s, t), t, depth, slope);
 }
 
-// Whether the ray is within two pixels of a border at level t: there the rasteriser's grid may have dropped the lid.
-bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, float t, float view_depth) {
-    float reach = 4.0 * max(frame.viewport.z, frame.viewport.w) * (frame.counts.y != 0u ? view_depth : 1.0);
+// How near a border, in pixels, the rasteriser's grid may have dropped the lid; and how near a corner of it rounding may
+// tell each of two prisms that the ray comes in through the other.
+const float GRID_REACH = 2.0;
+const float ROUNDING_REACH = 0.25;
+
+// Whether the ray is within so many pixels of a border at level t.
+bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, float t, float view_depth, float pixels) {
+    float reach = 2.0 * pixels * max(frame.viewport.z, frame.viewport.w) * (frame.counts.y != 0u ? view_depth : 1.0);
     bool beside = false;
     for (int k = 0; k < 3; ++k) {
         ivec2 c = wall_corners(projected, k);
@@ -67,9 +72,9 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         }
         bool cut = entry_depth < near;
         int wall = cut ? AT_LEVEL : crossings.wall[from];
-        bool enters = wall != AT_LEVEL ? walk_neighbour(id, wall) == NO_NEIGHBOUR
-                                       : cut || irregular || beside_border(projected, s, id, crossings.t[from], entry_depth);
-        if (!enters) {
+        bool enters = wall == AT_LEVEL ? cut || irregular : walk_neighbour(id, wall) == NO_NEIGHBOUR;
+        float pixels = wall == AT_LEVEL ? GRID_REACH : ROUNDING_REACH;
+        if (!enters && !beside_border(projected, s, id, crossings.t[from], entry_depth, pixels)) {
             continue;
         }
         WalkStart start;
