@@ -17,6 +17,35 @@ struct Surface {
     vec3 emissive;
 };
 
+// What a surface point sees of each light that casts shadows, 0 to 1: of the first SHADOWED_LIGHTS of them.
+struct Visibility {
+#ifdef SHADOWED_LIGHTS
+    float light[SHADOWED_LIGHTS];
+#else
+    float all;
+#endif
+};
+
+Visibility all_lights_visible() {
+    Visibility visibility;
+#ifdef SHADOWED_LIGHTS
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        visibility.light[i] = 1.0;
+    }
+#else
+    visibility.all = 1.0;
+#endif
+    return visibility;
+}
+
+float light_visible(Visibility visibility, uint light) {
+#ifdef SHADOWED_LIGHTS
+    return light < SHADOWED_LIGHTS ? visibility.light[light] : 1.0;
+#else
+    return visibility.all;
+#endif
+}
+
 vec3 reflected(Surface surface, vec3 light) {
     float alpha = max(surface.roughness * surface.roughness, 1e-3);
     float a2 = alpha * alpha;
@@ -61,14 +90,14 @@ vec3 ambient(Surface surface) {
     return surface.occlusion * irradiance * albedo;
 }
 
-// Scene-linear radiance toward the viewer. `lit` applies to the first light.
-vec3 shade(Surface surface, float lit) {
+// Scene-linear radiance toward the viewer.
+vec3 shade(Surface surface, Visibility visibility) {
     vec3 sum = ambient(surface) + surface.emissive;
 #ifdef HAS_LIGHTS
     for (uint i = 0u; i < frame.counts.x; ++i) {
         vec3 toward;
         vec3 arriving = light_arriving(lights.item[i], surface.position, toward);
-        sum += (i == 0u ? lit : 1.0) * arriving * reflected(surface, toward);
+        sum += light_visible(visibility, i) * arriving * reflected(surface, toward);
     }
 #endif
     return sum;

@@ -10,11 +10,11 @@ layout(location = 3) out vec4 out_normal_height;
 layout(location = 4) out vec2 out_uv;
 #endif
 
-void write_outputs(Surface surface, float lit, vec2 uv, float view_depth, float height) {
-    vec3 radiance = shade(surface, lit);
+void write_outputs(Surface surface, Visibility visibility, vec2 uv, float view_depth, float height) {
+    vec3 radiance = shade(surface, visibility);
     out_color = vec4(tone_map(radiance), 1.0);
 #ifdef AOV
-    out_linear = vec4(radiance, lit);
+    out_linear = vec4(radiance, light_visible(visibility, 0u));
     out_position_depth = vec4(surface.position, view_depth);
     out_normal_height = vec4(surface.geometric, height);
     out_uv = uv;

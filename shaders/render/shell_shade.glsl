@@ -91,7 +91,7 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
     gl_FragDepth = buffer_depth(hit.depth);
-    write_outputs(surface, 1.0, at[AOV_UV].uv, hit.depth, height);
+    write_outputs(surface, all_lights_visible(), at[AOV_UV].uv, hit.depth, height);
 }
 
 #ifdef HAS_HEIGHT

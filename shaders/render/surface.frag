@@ -32,7 +32,7 @@ void main() {
     TexturePoint at[2] = TexturePoint[2](TexturePoint(in_uvs.xy, dFdx(in_uvs.xy), dFdy(in_uvs.xy)),
                                          TexturePoint(in_uvs.zw, dFdx(in_uvs.zw), dFdy(in_uvs.zw)));
     float level = 0.0;
-    float lit = 1.0;
+    Visibility visibility = all_lights_visible();
 #ifdef HAS_HEIGHT
     mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
     // Seen from behind, heights turn inside out.
@@ -61,13 +61,15 @@ void main() {
     height_uv = hit.uv;
     level = facing * hit.t;
 #ifdef SELF_SHADOW
-    vec3 toward;
     vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
-    light_arriving(lights.item[0], world, toward);
-    vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
-    lit = dot(toward_mesh, normal) > 0.0
-        ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal))
-        : 0.0;
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        vec3 toward;
+        light_arriving(lights.item[i], world, toward);
+        vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
+        visibility.light[i] = dot(toward_mesh, normal) > 0.0
+            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal))
+            : 0.0;
+    }
 #endif
 #ifdef DEPTH_OFFSET
     float along = dot(direction, normal);
@@ -114,5 +116,5 @@ void main() {
 #else
     float height = material.displacement.y;
 #endif
-    write_outputs(surface, lit, at[AOV_UV].uv, view_depth, height);
+    write_outputs(surface, visibility, at[AOV_UV].uv, view_depth, height);
 }

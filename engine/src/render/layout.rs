@@ -269,6 +269,7 @@ mod tests {
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let mut surface = shell.clone();
         surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        surface.push(("SHADOWED_LIGHTS", "1".into()));
         let none = Vec::new();
         let mut seen = BTreeSet::new();
         for (path, stage, defines, push) in [

@@ -13,6 +13,9 @@ use crate::shell::{
     walk::WalkGeometry,
 };
 
+/// Lights that cast shadows: the scene's first ones. A fragment keeps what it sees of each in registers.
+const MAX_SHADOWED_LIGHTS: usize = 8;
+
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
 #[derive(Clone, Debug)]
 pub struct Draw {
@@ -70,6 +73,9 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
     let mut plan = Plan::default();
+    if settings.self_shadow != SelfShadow::Off && scene.lights.len() > MAX_SHADOWED_LIGHTS {
+        plan.notices.push(format!("{} lights; the first {MAX_SHADOWED_LIGHTS} cast shadows", scene.lights.len()));
+    }
     // First planned primitive of each mesh.
     let mut first = vec![None; scene.meshes.len()];
     for (index, instance) in scene.instances.iter().enumerate() {
@@ -160,6 +166,7 @@ fn plan_draws(
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
         lights: !scene.lights.is_empty(),
+        shadowed_lights: 0,
         aov,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
@@ -196,7 +203,8 @@ fn plan_draws(
             .filter(|_| parallax)
             .map(|d| height(&d, settings, false))
             .map(|h| Height { self_shadow: h.self_shadow && plain.lights, ..h });
-        push(Variant { height, ..plain }, 0..primitive.triangles.len() as u32);
+        let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
+        push(Variant { height, shadowed_lights: shadowed, ..plain }, 0..primitive.triangles.len() as u32);
     }
 }
 
@@ -214,6 +222,11 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         // Linear searches end by themselves.
         count_limits: settings.count_limits && settings.march == March::Exact,
     }
+}
+
+/// Lights of a scene that cast shadows.
+fn shadowed_lights(scene: &Scene) -> u8 {
+    scene.lights.len().min(MAX_SHADOWED_LIGHTS) as u8
 }
 
 /// UV set of each texture slot.

@@ -95,6 +95,8 @@ pub struct Variant {
     pub mirrored: bool,
     /// The scene has lights.
     pub lights: bool,
+    /// Lights whose shadows it computes, the scene's first ones.
+    pub shadowed_lights: u8,
     /// Writes the AOVs beside the colour.
     pub aov: bool,
     /// UV set of the AOV.
@@ -154,6 +156,9 @@ impl Variant {
     /// The defines of its shaders.
     pub fn defines(&self) -> Vec<(&'static str, String)> {
         let mut defines = vec![("AOV_UV", self.aov_uv.to_string())];
+        if self.shadowed_lights > 0 {
+            defines.push(("SHADOWED_LIGHTS", self.shadowed_lights.to_string()));
+        }
         let mut flag = |name, on: bool| {
             if on {
                 defines.push((name, String::new()));
