@@ -45,6 +45,7 @@ fn help_tells_every_flag_of_the_contract_and_its_default() {
         "--refine-steps",
         "--silhouette",
         "--depth-offset",
+        "--ambient-occlusion",
         "--self-shadow",
         "--headless",
         "--frames",

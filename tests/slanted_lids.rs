@@ -9,8 +9,8 @@ use glam::{DAffine2, DAffine3, DVec2, DVec3, Vec2};
 use prism_engine::{
     measure::Metrics,
     scene::{
-        Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Projection,
-        Scene, Wrap,
+        Ambient, Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive,
+        Projection, Scene, Wrap,
     },
     settings::Shell,
     shell::reference::{Reference, Shadows},
@@ -92,6 +92,7 @@ fn grid(name: &str, [columns, rows]: [u32; 2], scale: f64, point: impl Fn(DVec2)
         instances: vec![Instance { name: name.into(), mesh: 0, transform: DAffine3::IDENTITY }],
         camera: None,
         lights: Vec::new(),
+        ambient: Ambient::default(),
         notices: Vec::new(),
     }
 }

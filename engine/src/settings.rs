@@ -133,6 +133,8 @@ pub struct Settings {
     pub depth_offset: bool,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
+    /// What the height field hides of the sky dims the ambient light.
+    pub ambient_occlusion: bool,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -152,6 +154,7 @@ impl Default for Settings {
             silhouette: Silhouette::None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
+            ambient_occlusion: false,
             count_limits: false,
             baseline: None,
         }

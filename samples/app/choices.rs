@@ -31,6 +31,10 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
     }
+    if settings.march == March::None && args.ambient_occlusion == Some(true) {
+        return usage("--ambient-occlusion on: march none reads no heights; use another march".into());
+    }
+    settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
     settings.stage = args.stage.unwrap_or(base.stage);
     settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
     (settings.min_steps, settings.max_steps) = steps(args, base)?;
@@ -161,6 +165,7 @@ mod tests {
             "--shell off --march none --depth-offset on",
             "--shell off --march normal --silhouette uv-bounds",
             "--shell off --march normal --self-shadow hard",
+            "--shell off --march none --ambient-occlusion on",
         ] {
             let error = resolve(flags).expect_err(flags);
             assert_eq!(error.exit_code(), 2, "{flags}: {error}");
@@ -177,6 +182,9 @@ mod tests {
             "--shell off --march exact --self-shadow hard --max-steps 32",
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
+            "--ambient-occlusion on",
+            "--shell off --march normal --ambient-occlusion on",
+            "--shell off --march none --ambient-occlusion off",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

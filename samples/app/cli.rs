@@ -202,6 +202,10 @@ pub struct LookArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub depth_offset: Option<bool>,
 
+    /// Whether what the height field hides of the sky dims the ambient light [default: off]
+    #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
+    pub ambient_occlusion: Option<bool>,
+
     /// Shadows that the detail casts on itself, for --shell off [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
     pub self_shadow: Option<SelfShadow>,

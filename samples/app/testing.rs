@@ -1,6 +1,6 @@
 //! What several rooms' tests need.
 
-use prism_engine::scene::Scene;
+use prism_engine::scene::{Ambient, Scene};
 
 /// A scene with nothing in it.
 pub fn empty_scene() -> Scene {
@@ -13,6 +13,7 @@ pub fn empty_scene() -> Scene {
         instances: vec![],
         camera: None,
         lights: vec![],
+        ambient: Ambient::default(),
         notices: vec![],
     }
 }

@@ -81,10 +81,21 @@ vec3 light_arriving(Light light, vec3 position, out vec3 toward) {
     return arriving;
 }
 
-// Two-colour sky: what is not lit directly still has form.
+// Irradiance / pi from everywhere on what faces `normal`: a quadratic form a colour (scene/ambient.rs).
+vec3 ambient_irradiance(vec3 normal) {
+    vec4 v = vec4(normal, 1.0);
+    vec3 irradiance;
+    for (int c = 0; c < 3; ++c) {
+        mat4 form = mat4(frame.ambient[4 * c], frame.ambient[4 * c + 1], frame.ambient[4 * c + 2],
+                         frame.ambient[4 * c + 3]);
+        irradiance[c] = max(dot(v, form * v), 0.0);
+    }
+    return irradiance;
+}
+
+// What is not lit directly still has form.
 vec3 ambient(Surface surface) {
-    float up = 0.5 + 0.5 * surface.normal.y;
-    vec3 irradiance = mix(frame.ground.rgb, frame.sky.rgb, up);
+    vec3 irradiance = ambient_irradiance(surface.normal);
     vec3 f0 = mix(vec3(0.04), surface.base_color, surface.metallic);
     vec3 albedo = surface.base_color * (1.0 - surface.metallic) + f0;
     return surface.occlusion * irradiance * albedo;

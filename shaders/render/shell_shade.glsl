@@ -4,6 +4,7 @@
 
 #include "render/interface.glsl"
 #include "render/material.glsl"
+#include "render/ambient_occlusion.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
 #ifdef HAS_HEIGHT
@@ -90,6 +91,12 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
+#ifdef AMBIENT_OCCLUSION
+    vec2 corner = vec2(v[0].shell.w, v[0].normal.w);
+    vec2 b = vec2(v[1].shell.w, v[1].normal.w) - corner, c = vec2(v[2].shell.w, v[2].normal.w) - corner;
+    surface.occlusion *= ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
+                                                        step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
+#endif
     gl_FragDepth = buffer_depth(hit.depth);
     write_outputs(surface, all_lights_visible(), at[AOV_UV].uv, hit.depth, height);
 }

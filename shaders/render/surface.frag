@@ -3,6 +3,7 @@
 // The base surface: plain, or with a classic parallax technique in its tangent plane (--shell off).
 #include "render/interface.glsl"
 #include "render/material.glsl"
+#include "render/ambient_occlusion.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
 
@@ -104,6 +105,9 @@ void main() {
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
+#ifdef AMBIENT_OCCLUSION
+    surface.occlusion *= ambient_occlusion(TexturePoint(height_uv, dFdx(in_height_uv), dFdy(in_height_uv)));
+#endif
     float view_depth = dot(object.depth.xyz, position) + object.depth.w;
 #ifdef DEPTH_OFFSET
     if (view_depth < frame.lens.z || view_depth > frame.lens.w) {

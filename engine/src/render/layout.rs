@@ -29,6 +29,9 @@ impl Member for [Vec4; 2] {
 impl Member for [Vec4; 3] {
     const GLSL: (&'static str, &'static str) = ("vec4", "[3]");
 }
+impl Member for [Vec4; 12] {
+    const GLSL: (&'static str, &'static str) = ("vec4", "[12]");
+}
 impl Member for [Vec4; MAX_OTHERS] {
     const GLSL: (&'static str, &'static str) = ("vec4", "[7]");
 }
@@ -78,10 +81,8 @@ shared! {
         lens: Vec4,
         /// World direction of view (xyz).
         forward: Vec4,
-        /// Irradiance / π from above (rgb).
-        sky: Vec4,
-        /// Irradiance / π from below (rgb).
-        ground: Vec4,
+        /// Ambient light: four columns each of the forms of [`crate::scene::Ambient`].
+        ambient: [Vec4; 12],
         /// Lights, 1 in perspective.
         counts: UVec4,
     }

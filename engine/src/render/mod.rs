@@ -266,7 +266,7 @@ impl Renderer {
             })
             .collect();
         let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
-        let frame = view.frame(lights.len());
+        let frame = view.frame(lights.len(), &self.scene.ambient);
         self.slots[slot].write(&frame, &objects, &lights)?;
         for draw in &self.plan.draws {
             let pipeline = &self.pipelines[&draw.variant];

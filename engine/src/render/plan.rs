@@ -219,6 +219,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
         depth_offset: traces && settings.depth_offset,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
+        ambient_occlusion: settings.ambient_occlusion,
         // Linear searches end by themselves.
         count_limits: settings.count_limits && settings.march == March::Exact,
     }

@@ -17,6 +17,7 @@ use crate::gpu::{
 };
 use crate::scene::{HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{Baseline, March, Settings};
+use crate::shell::occlusion;
 
 /// Largest anisotropy of colour textures, where the device has the feature.
 const ANISOTROPY: f32 = 8.0;
@@ -31,6 +32,10 @@ pub struct Images {
     height_samplers: HashMap<[Wrap; 2], Sampler>,
     /// Min-max pyramids of height maps, for the exact march.
     pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
+    /// Ambient occlusion of height fields, by mesh and primitive: it follows from their scale and proportions too.
+    occlusions: HashMap<[usize; 2], Image>,
+    /// For these.
+    occlusion_samplers: HashMap<[Wrap; 2], Sampler>,
 }
 
 impl Images {
@@ -54,6 +59,16 @@ impl Images {
                 }
                 if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
                     entry.insert(height_sampler(ctx, wrap)?);
+                }
+            }
+            if let Some(height) = draw.variant.height.filter(|height| height.ambient_occlusion) {
+                let planned = &plan.primitives[draw.primitive];
+                if let Entry::Vacant(entry) = self.occlusions.entry([planned.mesh, planned.primitive]) {
+                    entry.insert(bake_occlusion(&mut uploader, scene, planned)?);
+                }
+                if let Entry::Vacant(entry) = self.occlusion_samplers.entry(height.wrap) {
+                    let desc = SamplerDesc { wrap: address_modes(height.wrap), ..SamplerDesc::default() };
+                    entry.insert(Sampler::new(ctx, &desc)?);
                 }
             }
         }
@@ -95,6 +110,11 @@ impl Images {
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+        }
+        if let Some(height) = variant.height.filter(|height| height.ambient_occlusion) {
+            let image = &self.occlusions[&[planned.mesh, planned.primitive]];
+            let sampler = &self.occlusion_samplers[&height.wrap];
+            bindings.push(("ambient_occlusion_map", Binding::Image(image, sampler)));
         }
         if variant.height.is_some() {
             for (name, other) in OTHER_NAMES.into_iter().zip(&planned.shell.others) {
@@ -161,6 +181,15 @@ fn upload_height(ctx: &Context, uploader: &mut Uploader, scene: &Scene, map: &He
             uploader.image(&desc, bytemuck::cast_slice(&texels))
         }
     }
+}
+
+/// The occlusion map of a displaced primitive, computed on the CPU.
+fn bake_occlusion(uploader: &mut Uploader, scene: &Scene, planned: &PlannedPrimitive) -> Result<Image> {
+    let primitive = source(scene, planned);
+    let map = occlusion::of_primitive(scene, primitive);
+    let name = format!("{}.{} ambient occlusion", scene.meshes[planned.mesh].name, planned.primitive);
+    let extent = map.size.map(|n| n as u32);
+    uploader.image_with_mips(&image_desc(&name, extent, vk::Format::R8_UNORM), &map.texels)
 }
 
 fn image_desc(name: &str, extent: [u32; 2], format: vk::Format) -> ImageDesc<'_> {

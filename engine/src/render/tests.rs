@@ -5,7 +5,7 @@ use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 use super::*;
 use crate::gpu::{ContextDesc, run_once};
 use crate::scene::{
-    Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
+    Ambient, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
 };
 use crate::settings::{March, Shell, Validation};
 use crate::shell::{
@@ -60,6 +60,7 @@ fn scene() -> Scene {
         instances: vec![Instance { name: "square".into(), mesh: 0, transform: DAffine3::IDENTITY }],
         camera: Some(Camera::look_at(DVec3::new(0.0, 1.5, 2.5), DVec3::ZERO, 60.0).unwrap()),
         lights: Vec::new(),
+        ambient: Ambient::default(),
         notices: Vec::new(),
     }
 }

@@ -74,6 +74,8 @@ pub struct Height {
     pub depth_offset: bool,
     /// Second march toward the first light.
     pub self_shadow: bool,
+    /// Ambient light dimmed by what the field hides of the sky.
+    pub ambient_occlusion: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
 }
@@ -180,6 +182,7 @@ impl Variant {
             flag("UV_BOUNDS", height.uv_bounds);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
+            flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
             flag("COUNT_LIMITS", height.count_limits);
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));

@@ -6,11 +6,7 @@
 use glam::{DAffine3, DMat4, DVec3, DVec4, Vec4};
 
 use super::layout::{Frame, Light as GpuLight, Object};
-use crate::scene::{Camera, Light, LightKind, Projection};
-
-/// Irradiance / π of the sky and the ground that light what no lamp reaches.
-const SKY: [f32; 3] = [0.28, 0.31, 0.36];
-const GROUND: [f32; 3] = [0.16, 0.14, 0.12];
+use crate::scene::{Ambient, Camera, Light, LightKind, Projection};
 
 /// A camera's transforms for one picture.
 #[derive(Clone, Copy, Debug)]
@@ -63,14 +59,13 @@ impl View {
     }
 
     /// The frame's uniform block.
-    pub fn frame(&self, lights: usize) -> Frame {
+    pub fn frame(&self, lights: usize, ambient: &Ambient) -> Frame {
         let [width, height] = self.extent.map(|n| n as f32);
         Frame {
             viewport: Vec4::new(width, height, 1.0 / width, 1.0 / height),
             lens: Vec4::from_array(self.lens.map(|v| v as f32)),
             forward: self.forward.as_vec3().extend(0.0),
-            sky: Vec4::new(SKY[0], SKY[1], SKY[2], 0.0),
-            ground: Vec4::new(GROUND[0], GROUND[1], GROUND[2], 0.0),
+            ambient: std::array::from_fn(|i| ambient.forms[i / 4].col(i % 4).as_vec4()),
             counts: glam::UVec4::new(lights as u32, u32::from(self.perspective), 0, 0),
         }
     }
@@ -179,7 +174,7 @@ mod tests {
             Projection::Orthographic { y_mag: 1.0, near: 0.5, far: 8.0 },
         ] {
             let view = View::new(&camera(projection), [64, 64]);
-            let frame = view.frame(0);
+            let frame = view.frame(0, &Ambient::default());
             let buffer = |d: f32| (frame.lens.x * d + frame.lens.y) / if frame.counts.y == 1 { d } else { 1.0 };
             assert!((buffer(0.5) - 1.0).abs() < 1e-6 && buffer(8.0).abs() < 1e-6 && buffer(2.0) > buffer(3.0));
         }

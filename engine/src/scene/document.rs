@@ -10,7 +10,7 @@ use gltf::json::{self, Index, extensions::scene::khr_lights_punctual};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, error::Category};
 
-use super::container;
+use super::{ambient, container};
 use crate::error::{Error, Result};
 
 /// What this engine implements.
@@ -36,6 +36,10 @@ pub(super) struct Document {
     pub cameras: Vec<json::Camera>,
     pub images: Vec<json::Image>,
     pub lights: Vec<khr_lights_punctual::Light>,
+    /// Image-based lights, of which the scene may name one.
+    pub ambients: Vec<Map<String, Value>>,
+    /// What the scene says of them.
+    pub ambient_reference: Option<Value>,
     pub materials: Vec<json::Material>,
     pub meshes: Vec<json::Mesh>,
     pub nodes: Vec<json::Node>,
@@ -57,13 +61,13 @@ impl Document {
             }
         }
 
-        let mut lights = root
-            .remove("extensions")
-            .and_then(|mut extensions| Some(extensions.get_mut("KHR_lights_punctual")?.take()))
-            .map_or_else(Map::new, |lights| match lights {
-                Value::Object(lights) => lights,
-                _ => Map::new(),
-            });
+        let mut extensions = root.remove("extensions").unwrap_or_default();
+        let mut lists_of = |name: &str| match extensions.get_mut(name).map(Value::take) {
+            Some(Value::Object(lists)) => lists,
+            _ => Map::new(),
+        };
+        let mut lights = lists_of("KHR_lights_punctual");
+        let mut ambients = lists_of(ambient::EXTENSION);
         let scene = match root.remove("scene") {
             Some(scene) => Some(
                 serde_json::from_value(scene)
@@ -71,6 +75,9 @@ impl Document {
             ),
             None => None,
         };
+        let chosen = scene.map_or(0, |scene: Index<json::Scene>| scene.value());
+        let pointer = format!("/{chosen}/extensions/{}", ambient::EXTENSION);
+        let ambient_reference = root.get("scenes").and_then(|scenes| scenes.pointer(&pointer)).cloned();
         Ok(Document {
             file: file.to_owned(),
             bin: container.bin.map(<[u8]>::to_vec),
@@ -81,6 +88,8 @@ impl Document {
             cameras: list(file, &mut root, "cameras", "camera")?,
             images: list(file, &mut root, "images", "image")?,
             lights: list(file, &mut lights, "lights", "light")?,
+            ambients: list(file, &mut ambients, "lights", "image-based light")?,
+            ambient_reference,
             materials: list(file, &mut root, "materials", "material")?,
             meshes: list(file, &mut root, "meshes", "mesh")?,
             nodes: list(file, &mut root, "nodes", "node")?,
@@ -183,7 +192,8 @@ fn check_extensions(file: &Path, root: &Map<String, Value>, notices: &mut Vec<St
         }
     }
     for name in strings(file, root, "extensionsUsed")? {
-        if !KNOWN_EXTENSIONS.contains(&name) {
+        // What is read of image-based lights is told where it is read.
+        if !KNOWN_EXTENSIONS.contains(&name) && name != ambient::EXTENSION {
             notices.push(format!("extension '{name}' is not supported and was ignored"));
         }
     }

@@ -7,7 +7,7 @@ use gltf::json::{mesh::Mode, validation::Checked};
 use super::{
     Instance, Material, Mesh, Scene,
     accessor::Buffers,
-    camera,
+    ambient, camera,
     document::Document,
     image::Images,
     light, material,
@@ -41,6 +41,7 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
     let doc = Document::parse(file, bytes, &mut notices)?;
     let reached = node::walk(&doc)?;
     let instances = instances(&doc, &reached, &mut notices)?;
+    let ambient = ambient::import(&doc, &mut notices)?;
     let use_of = Use::of(&doc, &instances)?;
 
     let buffers = Buffers::new(&doc);
@@ -71,6 +72,7 @@ pub(super) fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Scene> {
         instances,
         camera,
         lights,
+        ambient,
         notices,
     })
 }

@@ -3,6 +3,7 @@
 //! [`load`] reads a glTF file into a [`Scene`]; [`Scene::with_defaults`] adds the camera and the light that it lacks.
 
 mod accessor;
+mod ambient;
 mod bounds;
 mod camera;
 mod container;
@@ -24,6 +25,7 @@ mod triangles;
 mod uri;
 mod weld;
 
+pub use ambient::Ambient;
 pub use camera::frame;
 pub use import::load;
 pub(crate) use mesh::tangent_space;
@@ -52,6 +54,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// `KHR_lights_punctual` lights in node order.
     pub lights: Vec<Light>,
+    /// Light from everywhere: the file's `EXT_lights_image_based`, else a two-colour sky.
+    pub ambient: Ambient,
     /// What was ignored or replaced, one sentence each, for the user.
     pub notices: Vec<String>,
 }

@@ -3,6 +3,8 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod heights;
+pub mod occlusion;
 pub mod prisms;
 pub mod reference;
 pub mod walk;

@@ -5,78 +5,11 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::render::plan::{PlannedPrimitive, source};
-use crate::scene::{Displacement, HeightMap, HeightSource, Procedure, Scene, Wrap};
-use crate::shell::prisms::displacement;
+use crate::scene::Scene;
+use crate::shell::{heights::Heights, prisms::displacement};
 
 /// Two sides of an edge whose heights differ by less than this, of the height range, are one surface.
 const SAME_HEIGHT: f64 = 1e-9;
-
-/// What gives the heights.
-enum Heights {
-    Map(MapHeights),
-    Procedure(Procedure),
-}
-
-impl Heights {
-    fn new(scene: &Scene, displacement: &Displacement) -> Self {
-        match displacement.source {
-            HeightSource::Map(map) => Heights::Map(MapHeights::new(&scene.height_maps[map], displacement.wrap)),
-            HeightSource::Procedure(procedure) => Heights::Procedure(procedure),
-        }
-    }
-
-    /// The height at `uv`, and its derivatives.
-    fn at(&self, uv: DVec2) -> (f64, DVec2) {
-        match self {
-            Heights::Map(map) => map.at(uv),
-            Heights::Procedure(procedure) => (procedure.height(uv), procedure.gradient(uv)),
-        }
-    }
-}
-
-/// A height map in f32, at mip 0 and bilinear, as the shaders read it.
-struct MapHeights {
-    size: [i64; 2],
-    texels: Vec<f32>,
-    wrap: [Wrap; 2],
-}
-
-impl MapHeights {
-    fn new(map: &HeightMap, wrap: [Wrap; 2]) -> Self {
-        let rows = 0..map.height;
-        let texels = rows.flat_map(|y| (0..map.width).map(move |x| map.height(x, y) as f32)).collect();
-        MapHeights { size: [map.width, map.height].map(i64::from), texels, wrap }
-    }
-
-    fn texel(&self, at: [i64; 2]) -> f64 {
-        let wrapped = |axis: usize| {
-            let (i, n) = (at[axis], self.size[axis]);
-            match self.wrap[axis] {
-                Wrap::Repeat => i.rem_euclid(n),
-                Wrap::Clamp => i.clamp(0, n - 1),
-                Wrap::Mirror => {
-                    let i = i.rem_euclid(2 * n);
-                    i.min(2 * n - 1 - i)
-                }
-            }
-        };
-        f64::from(self.texels[(wrapped(1) * self.size[0] + wrapped(0)) as usize])
-    }
-
-    /// The height at `uv`, and its derivatives.
-    fn at(&self, uv: DVec2) -> (f64, DVec2) {
-        let size = DVec2::new(self.size[0] as f64, self.size[1] as f64);
-        let place = uv * size - 0.5;
-        let (low, between) = (place.floor(), place - place.floor());
-        let (x, y) = (low.x as i64, low.y as i64);
-        let [a, b] = [self.texel([x, y]), self.texel([x + 1, y])];
-        let [c, d] = [self.texel([x, y + 1]), self.texel([x + 1, y + 1])];
-        let lerp = |a: f64, b: f64, s: f64| a + (b - a) * s;
-        let height = lerp(lerp(a, b, between.x), lerp(c, d, between.x), between.y);
-        let slope = DVec2::new(lerp(b - a, d - c, between.y), lerp(c - a, d - b, between.x));
-        (height, slope * size)
-    }
-}
 
 /// One corner of a triangle.
 #[derive(Clone, Copy)]

@@ -209,3 +209,24 @@ fn embedded_data_is_not_mistaken_for_a_path() {
     let uri = data_uri(&gltf.bytes);
     gltf.set("/buffers/0/uri", json!(uri)).loads();
 }
+
+#[test]
+fn image_based_lights() {
+    let with = |light: serde_json::Value, index: u32| {
+        let mut gltf = Gltf::quad();
+        gltf.set("/extensions", json!({ "EXT_lights_image_based": { "lights": [light] } }));
+        gltf.set("/scenes/0/extensions", json!({ "EXT_lights_image_based": { "light": index } }));
+        from_bytes(Path::new("test.gltf"), &gltf.text())
+    };
+    let flat = || vec![json!([0, 0, 0]); 9];
+    let good = json!({ "irradianceCoefficients": flat() });
+    assert!(with(good.clone(), 0).is_ok());
+    assert_fails(with(good, 7), "scene", "refers to image-based light 7");
+    assert_fails(with(json!({}), 0), "image-based light 0", "irradianceCoefficients");
+    let short = json!({ "irradianceCoefficients": [[0, 0, 0]] });
+    assert_fails(with(short, 0), "image-based light 0", "nine lists of three numbers");
+    let turned = json!({ "irradianceCoefficients": flat(), "rotation": [0, 0, 0, 0] });
+    assert_fails(with(turned, 0), "image-based light 0", "no unit quaternion");
+    let bright = json!({ "irradianceCoefficients": flat(), "intensity": "very" });
+    assert_fails(with(bright, 0), "image-based light 0", "its intensity is not a number");
+}

@@ -281,3 +281,20 @@ fn the_assets_load() {
         }
     }
 }
+
+#[test]
+fn an_image_based_light_lights_from_everywhere() {
+    let mut gltf = Gltf::quad();
+    // Irradiance of one everywhere: only the first harmonic, whose value is 1 / (2 sqrt(pi)).
+    let constant = 2.0 * std::f64::consts::PI.sqrt();
+    let mut coefficients = vec![json!([0, 0, 0]); 9];
+    coefficients[0] = json!([constant, constant, constant]);
+    let light = json!({ "intensity": 3.0, "irradianceCoefficients": coefficients });
+    gltf.set("/extensions", json!({ "EXT_lights_image_based": { "lights": [light] } }));
+    gltf.set("/extensionsUsed", json!(["EXT_lights_image_based"]));
+    gltf.set("/scenes/0/extensions", json!({ "EXT_lights_image_based": { "light": 0 } }));
+    let scene = gltf.loads();
+    let expected = DVec3::splat(3.0 / std::f64::consts::PI);
+    assert!(scene.ambient.irradiance(DVec3::Y).abs_diff_eq(expected, 1e-12));
+    assert!(scene.notices.iter().any(|notice| notice.contains("specular images are not read")), "{:?}", scene.notices);
+}

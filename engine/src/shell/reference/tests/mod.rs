@@ -13,8 +13,8 @@ use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::{Reference, Shadows};
 use crate::scene::{
-    Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure,
-    Projection, Scene, Wrap,
+    Ambient, Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive,
+    Procedure, Projection, Scene, Wrap,
 };
 
 /// A mesh of one primitive. Welded ids and shell normals stay empty: the reference makes its own.
@@ -65,6 +65,7 @@ pub(super) fn scene(mesh: Mesh, displacement: Option<Displacement>, map: HeightM
         instances: vec![Instance { name: "node".into(), mesh: 0, transform: DAffine3::IDENTITY }],
         camera: None,
         lights: Vec::new(),
+        ambient: Ambient::default(),
         notices: Vec::new(),
     }
 }
