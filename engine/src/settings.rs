@@ -133,6 +133,12 @@ pub struct Settings {
     pub depth_offset: bool,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
+    /// Lights cast shadows through depth maps of what they see.
+    pub shadow_map: bool,
+    /// Texels a side of each shadow map.
+    pub shadow_map_size: u32,
+    /// Shadow maps of a directional light: the nearer to the camera, the finer.
+    pub cascades: u32,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -152,6 +158,9 @@ impl Default for Settings {
             silhouette: Silhouette::None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
+            shadow_map: false,
+            shadow_map_size: 1024,
+            cascades: 3,
             count_limits: false,
             baseline: None,
         }
