@@ -10,7 +10,7 @@ use prism_engine::{
         Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light, LightKind, Material, Mesh,
         Primitive, Projection, Scene, Wrap,
     },
-    settings::{Settings, Shell, Stage},
+    settings::{March, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
 use rig::{Rig, SHELLS, STAGES};
@@ -97,12 +97,12 @@ fn crossing(light: &Light, floor: DVec3, y: f64) -> DVec2 {
     DVec2::new(at.x, at.z)
 }
 
-/// Draws the sheet over the floor and compares every pixel of the floor farther than `reach` from the shadow's edge,
+/// Draws a floor at y = 0 under a sheet at y = `top` and compares every pixel of the floor farther than `reach` from the shadow's edge,
 /// measured at the sheet. Returns how many are dark.
 #[track_caller]
-fn floor_is_right(rig: &Rig, light: Light, settings: &Settings, reach: f64) -> usize {
-    let scene = sheet_over_floor(light);
-    let drawn = rig.easel(&scene, settings, EXTENT).draw(&scene.camera.unwrap());
+fn floor_is_right(rig: &Rig, scene: &Scene, top: f64, settings: &Settings, reach: f64) -> usize {
+    let light = scene.lights[0];
+    let drawn = rig.easel(scene, settings, EXTENT).draw(&scene.camera.unwrap());
     let (mut dark, mut judged, mut wrong) = (0, 0, Vec::new());
     for i in (0..drawn.depth.len()).filter(|i| drawn.depth[*i].is_finite()) {
         let at = Vec3::from_array(drawn.position[i]).as_dvec3();
@@ -110,7 +110,7 @@ fn floor_is_right(rig: &Rig, light: Light, settings: &Settings, reach: f64) -> u
             LightKind::Spot { outer, .. } => (at - light.position).normalize().dot(light.direction) > outer.cos(),
             _ => true,
         };
-        let inside = HALF - crossing(&light, at, TOP).abs().max_element();
+        let inside = HALF - crossing(&light, at, top).abs().max_element();
         if at.y.abs() > 1e-4 || !in_cone || inside.abs() <= reach {
             continue;
         }
@@ -133,7 +133,7 @@ fn a_sheet_casts_from_where_its_detail_is() {
     // One map of 512 texels holds a sphere of radius 4.4.
     let texel = 2.0 * 4.5 / 512.0;
     for (shell, stage) in SHELLS.into_iter().flat_map(|shell| STAGES.map(|stage| (shell, stage))) {
-        assert!(floor_is_right(&rig, sun(), &mapped(shell, stage, 512, 1), 2.0 * texel) > 200);
+        assert!(floor_is_right(&rig, &sheet_over_floor(sun()), TOP, &mapped(shell, stage, 512, 1), 2.0 * texel) > 200);
     }
 }
 
@@ -142,14 +142,26 @@ fn cascades_spots_and_points_agree_with_the_closed_form() {
     let rig = Rig::new();
     let texel = 2.0 * 4.5 / 512.0;
     let settings = |cascades| mapped(Shell::Walk, Stage::Mesh, 512, cascades);
-    floor_is_right(&rig, sun(), &settings(3), 2.0 * texel);
+    let right =
+        |light, cascades, reach| floor_is_right(&rig, &sheet_over_floor(light), TOP, &settings(cascades), reach);
+    right(sun(), 3, 2.0 * texel);
     // The sheet hides the middle of a cone that reaches past it; texels at the floor, as seen from the lamp.
     let above = DVec3::new(-0.6, 4.0, 0.3);
     for outer in [0.9, 1.3] {
         let spot = LightKind::Spot { inner: 0.2, outer };
-        floor_is_right(&rig, lamp(above, DVec3::new(0.1, -1.0, 0.0), spot), &settings(1), 0.04);
+        right(lamp(above, DVec3::new(0.1, -1.0, 0.0), spot), 1, 0.04);
     }
-    floor_is_right(&rig, lamp(above, DVec3::NEG_Y, LightKind::Point), &settings(1), 0.04);
+    right(lamp(above, DVec3::NEG_Y, LightKind::Point), 1, 0.04);
+}
+
+/// Without a shell the depth offset lifts the floor before it looks for its lights: the shadow is that of the lifted one.
+#[test]
+fn a_base_surface_is_shadowed_where_its_offset_puts_it() {
+    let mut scene = sheet_over_floor(sun());
+    scene.meshes = vec![square(3.0, 1, 0.8), square(HALF as f32, 0, 0.0)];
+    scene.instances[0].transform = DAffine3::from_translation(DVec3::new(0.0, 1.0 - TOP, 0.0));
+    let settings = Settings { march: March::Relief, ..mapped(Shell::Off, Stage::Auto, 512, 1) };
+    assert!(floor_is_right(&Rig::new(), &scene, 1.0, &settings, 4.0 * 4.5 / 512.0) > 150);
 }
 
 /// Nothing is made for shadows that nothing casts.
@@ -182,7 +194,8 @@ struct Compared {
     seen: usize,
     /// Where more than half of the light is wrong.
     wrong: usize,
-    /// Of them the lit ones, and the dark ones, that no edge of a shadow excuses.
+    /// Of them the lit ones that neither an edge of a shadow nor a touching blocker excuses, and the dark ones that no edge
+    /// does.
     leaks: usize,
     acne: usize,
 }
@@ -210,14 +223,27 @@ impl Truth<'_> {
         let Projection::Perspective { fov_y, .. } = self.camera.projection else { panic!("a perspective") };
         let half = (0.5 * fov_y).tan();
         let (x, y) = (pixel % EXTENT[0] as usize, pixel / EXTENT[0] as usize);
-        (0..33 * 33).any(|i| {
-            let [dx, dy] = [i % 33, i / 33].map(|n| f64::from(n) / 8.0 - 2.0);
+        // Windows of two pixels around, and of three reaches around.
+        let footprint = 2.0 * half * f64::from(self.aov.depth[pixel]) / f64::from(EXTENT[1]);
+        let windows = [2.0, 3.0 * reach / footprint];
+        (0..2 * 33 * 33).any(|i| {
+            let [dx, dy] = [i % 33, i / 33 % 33].map(|n| (f64::from(n) / 16.0 - 1.0) * windows[i as usize / (33 * 33)]);
             let across = (2.0 * (x as f64 + 0.5 + dx) - f64::from(EXTENT[0])) / f64::from(EXTENT[1]);
             let up = 1.0 - 2.0 * (y as f64 + 0.5 + dy) / f64::from(EXTENT[1]);
             let direction = self.camera.transform.transform_vector3(DVec3::new(half * across, half * up, -1.0));
             let hit = self.reference.trace(self.camera.transform.translation, direction, 0.0);
             hit.is_some_and(|hit| self.reference.lit(&hit, &self.light) != lit && near(hit.position))
         })
+    }
+
+    /// Whether what blocks the light stands so close that a map cannot tell it from the receiver: within the depth that
+    /// the receiver itself runs through over `reach`.
+    fn blocker_touches(&self, pixel: usize, reach: f64) -> bool {
+        let [position, normal] = [&self.aov.position, &self.aov.normal].map(|c| Vec3::from_array(c[pixel]).as_dvec3());
+        let toward = -self.light.direction;
+        let cosine = normal.normalize().dot(toward);
+        let run = reach * (1.0 - cosine * cosine).sqrt() / cosine;
+        cosine <= 0.0 || self.reference.blocked(position, toward, [1e-5, run])
     }
 
     fn compare(&self, drawn: &Aov, reach: f64) -> Compared {
@@ -228,7 +254,7 @@ impl Truth<'_> {
             result.seen += 1;
             if (drawn.shadow[i] > 0.5) != lit {
                 result.wrong += 1;
-                let excused = self.edge_near(i, reach);
+                let excused = self.edge_near(i, reach) || (!lit && self.blocker_touches(i, reach));
                 result.acne += usize::from(lit && !excused);
                 result.leaks += usize::from(!lit && !excused);
             }
@@ -249,8 +275,8 @@ fn radius(scene: &Scene) -> f64 {
     0.55 * (high - low).length()
 }
 
-/// The finer the map, the fewer pixels are wrong; those that are lie at a shadow's edge. So no acne, no light where a
-/// shadow should be.
+/// The finer the map, the fewer pixels are wrong; those that are lie within two texels of a shadow's edge, or its blocker
+/// touches them; but for single dark pixels, under one in a thousand.
 #[test]
 fn errors_fall_with_the_texel() {
     let rig = Rig::new();
@@ -269,7 +295,7 @@ fn errors_fall_with_the_texel() {
             let c = truth.compare(&rig.easel(&scene, &settings, EXTENT).draw(&camera), 2.0 * texel);
             let line = format!("{name} {size:5} {texel:.5}: {} {} {} {}", c.seen, c.wrong, c.leaks, c.acne);
             println!("{line}");
-            if c.seen < 3000 || c.wrong > last - last / 4 || c.leaks + c.acne > 0 {
+            if c.seen < 3000 || c.wrong > last - last / 4 || c.leaks > 0 || 1000 * c.acne > c.seen {
                 failed.push(line);
             }
             last = c.wrong;

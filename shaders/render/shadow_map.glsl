@@ -1,7 +1,7 @@
 // Shadow maps: what each light sees, traced into depth maps as the camera's picture is (engine/src/render/shadow).
 //
-// A map holds the exact depth of the surface along the light's ray through each texel's centre. The four texels around a
-// point are compared with the receiver itself where those rays meet it, and the outcomes are mixed bilinearly
+// A map holds the surface's exact depth along the light's ray through each texel's centre. The four texels around a point
+// are compared with the receiver itself where those rays meet it, and the outcomes are mixed bilinearly
 // (percentage-closer filtering: Reeves, Salesin and Cook 1987). No bias is tuned; it is what the receiver does there:
 //
 // - its tangent plane, on which the map's depth is an affine function of the texel (Isidoro, "Shadow Mapping: GPU-based
@@ -16,6 +16,9 @@
 
 #include "render/interface.glsl"
 #include "render/brdf.glsl"
+#ifdef HAS_HEIGHT
+#include "render/height_field.glsl"
+#endif
 
 layout(std430, set = 0, binding = 4) readonly buffer ShadowViewBlock { ShadowView item[]; } shadow_views;
 layout(set = 0, binding = 5) uniform sampler2D shadow_atlas;
@@ -37,7 +40,8 @@ const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, mat3x2(0.0), vec3(0.0), vec3(0.0
 // Levels by which the surface leaves its tangent plane at `moved` from the receiver.
 float leaves_plane(Relief relief, vec3 moved) {
 #ifdef HAS_HEIGHT
-    float level = (height_at(relief.uv + relief.to_uv * moved, 0.0) - material.displacement.y) * material.displacement.x;
+    float height = height_at(relief.uv + relief.to_uv * moved, 0.0);
+    float level = (height - material.displacement.y) * material.displacement.x;
     return level - relief.level - dot(relief.rise, moved);
 #else
     return 0.0;
@@ -109,7 +113,8 @@ Visibility mapped_visibility(Visibility visibility, Surface surface, Relief reli
         for (int v = begin; v < end && visibility.light[i] > 0.0; ++v) {
             ShadowView view = shadow_views.item[v];
             float w = dot(view.w.xyz, surface.position) + view.w.w;
-            vec2 at = vec2(dot(view.x.xyz, surface.position) + view.x.w, dot(view.y.xyz, surface.position) + view.y.w) / w;
+            vec2 at = vec2(dot(view.x.xyz, surface.position), dot(view.y.xyz, surface.position));
+            at = (at + vec2(view.x.w, view.y.w)) / w;
             if (w > 0.0 && all(greaterThanEqual(at, vec2(1.0))) && all(lessThanEqual(at, vec2(view.lens.z - 1.0)))) {
                 visibility.light[i] *= map_lit(view, at, w, surface, toward, relief);
                 break;

@@ -45,9 +45,13 @@ pub struct ShadowMaps {
 impl ShadowMaps {
     /// Room for the maps of a plan. sets: set 1 of each of its draws.
     pub fn new(ctx: &Context, plan: &ShadowPlan, settings: &Settings, sets: Vec<DescriptorSet>) -> Result<Self> {
-        let columns = f64::from(plan.count()).sqrt().ceil() as u32;
-        let rows = plan.count().div_ceil(columns);
-        let size = settings.shadow_map_size;
+        let (count, size) = (plan.count(), settings.shadow_map_size);
+        // Few tiles that nothing is drawn to, then as square as can be.
+        let fits = (1..=count).filter(|columns| columns * size <= ctx.max_image_2d());
+        let shape =
+            |columns: &u32| (columns * count.div_ceil(*columns) - count, columns.abs_diff(count.div_ceil(*columns)));
+        let columns = fits.min_by_key(shape).unwrap_or(1);
+        let rows = count.div_ceil(columns);
         let atlas = Image::new(
             ctx,
             &ImageDesc {
