@@ -4,9 +4,10 @@ mod app;
 mod bench;
 mod cloth;
 mod prism_shell;
+mod shadows;
 mod stability;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
-    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability, &cloth::Cloth])
+    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability, &cloth::Cloth, &shadows::Shadows])
 }

@@ -56,6 +56,26 @@ def procedural():
     return s
 
 
+def shadows():
+    """A cobbled ring leans over a plain floor; it casts on a brick block and on plain balls, and they on it."""
+    s = Scene("shadows")
+    bricks = s.displaced("bricks", 0.12, 0.5)
+    cobbles = s.displaced("cobbles", 0.10, 0.5)
+    plaster = s.plain("plaster", linear("#cfc6b4"), 0.9)
+    amber = s.plain("amber glaze", linear("#c98a2b"), 0.32)
+    ball = s.geometry(shapes.sphere())
+    floor = s.geometry(shapes.sheet((0, 0, 0), (4.5, 0, 0), (0, 0, 4.5)))
+    ring, block = s.geometry(shapes.torus()), s.geometry(shapes.cube())
+    s.node(name="floor", mesh=s.mesh("floor", floor, plaster))
+    s.node(name="ring", mesh=s.mesh("ring", ring, cobbles), translation=[-0.55, 1.3, 0.1], rotation=turn((1, 0, 0), 55))
+    s.node(name="block", mesh=s.mesh("block", block, bricks), translation=[1.35, 0.5, -0.35], scale=[0.5] * 3)
+    s.node(name="ball", mesh=s.mesh("ball", ball, amber), translation=[-0.35, 0.32, 1.05], scale=[0.32] * 3)
+    s.node(name="ball in the ring", mesh=s.mesh("small ball", ball, amber), translation=[-0.75, 2.1, 0.75], scale=[0.2] * 3)
+    s.camera((1.7, 3.3, 5.9), (0.35, 0.95, 0.1), 36)
+    s.sun((-0.9, 0.85, 0.2))
+    return s
+
+
 def make():
     width, depth, relief = maps_terrain.extent()
     unit = max(width, depth) / 2
@@ -64,6 +84,7 @@ def make():
     return [
         prism_shell(),
         procedural(),
+        shadows(),
         one("torus", shapes.torus(), dict(maps="cobbles", scale=0.08, midlevel=0.5), (1.6, 2.05, 2.9), (0.0, -0.2, 0), 36, (-0.75, 0.85, 0.6)),
         one(
             "suzanne",

@@ -135,6 +135,12 @@ pub struct Settings {
     pub self_shadow: SelfShadow,
     /// What the height field hides of the sky dims the ambient light.
     pub ambient_occlusion: bool,
+    /// Lights cast shadows through depth maps of what they see.
+    pub shadow_map: bool,
+    /// Texels a side of each shadow map.
+    pub shadow_map_size: u32,
+    /// Shadow maps of a directional light: the nearer to the camera, the finer.
+    pub cascades: u32,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -155,6 +161,9 @@ impl Default for Settings {
             depth_offset: true,
             self_shadow: SelfShadow::Off,
             ambient_occlusion: false,
+            shadow_map: false,
+            shadow_map_size: 1024,
+            cascades: 3,
             count_limits: false,
             baseline: None,
         }

@@ -23,6 +23,12 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
         settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     }
+    settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);
+    if !settings.shadow_map && (args.shadow_map_size.is_some() || args.cascades.is_some()) {
+        return usage("--shadow-map-size, --cascades: no shadow map is drawn; add --shadow-map on".into());
+    }
+    settings.shadow_map_size = args.shadow_map_size.unwrap_or(base.shadow_map_size);
+    settings.cascades = args.cascades.unwrap_or(base.cascades);
     if args.refine_steps.is_some() && settings.march != March::Relief {
         return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
     }
@@ -156,6 +162,8 @@ mod tests {
             "--shell off --stage geometry",
             "--shell off --refine-steps 4",
             "--refine-steps 4",
+            "--shadow-map-size 512",
+            "--shadow-map off --cascades 2",
             "--max-steps 4",
             "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
@@ -180,6 +188,8 @@ mod tests {
             "--shell off --silhouette uv-bounds --self-shadow hard --depth-offset off",
             "--shell off --stage auto",
             "--shell off --march exact --self-shadow hard --max-steps 32",
+            "--shadow-map on --shadow-map-size 512 --cascades 1",
+            "--shell off --shadow-map on",
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
             "--ambient-occlusion on",

@@ -209,6 +209,19 @@ pub struct LookArgs {
     /// Shadows that the detail casts on itself, for --shell off [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
     pub self_shadow: Option<SelfShadow>,
+
+    /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
+    /// [default: off, on where the sample says so]
+    #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
+    pub shadow_map: Option<bool>,
+
+    /// Texels a side of each shadow map, 16 to 8192 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pub shadow_map_size: Option<u32>,
+
+    /// Shadow maps of a directional light, the nearer to the camera the finer, 1 to 6 [default: 3]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub cascades: Option<u32>,
 }
 
 /// What replaces the scene's camera.
@@ -379,6 +392,9 @@ mod tests {
             "--stage task",
             "--depth-offset maybe",
             "--validation gpu",
+            "--shadow-map soft",
+            "--shadow-map-size 8",
+            "--cascades 0",
             "--msaa 4",
         ] {
             let error = run(wrong).expect_err(wrong);

@@ -26,6 +26,15 @@ layout(std430, set = 1, binding = 0) readonly buffer VertexBlock { Vertex item[]
 layout(std430, set = 1, binding = 1) readonly buffer PrismBlock { PrismData item[]; } prisms;
 layout(std140, set = 1, binding = 2) uniform MaterialBlock { Material material; };
 
+// Whether hits from behind count. To light both sides are alike: whatever stands in its way blocks it.
+bool hits_from_behind() {
+#ifdef BLOCKS_LIGHT
+    return true;
+#else
+    return (material.march.w & 1u) != 0u;
+#endif
+}
+
 layout(push_constant) uniform DrawBlock { Draw draw; };
 
 vec3 transform_point(vec4 x, vec4 y, vec4 z, vec3 p) {
@@ -36,6 +45,11 @@ vec3 transform_point(vec4 x, vec4 y, vec4 z, vec3 p) {
 vec3 transform_direction(vec4 x, vec4 y, vec4 z, vec3 d) {
     precise vec3 value = vec3(dot(x.xyz, d), dot(y.xyz, d), dot(z.xyz, d));
     return value;
+}
+
+// The pixel at `frag`, a fragment's coordinates in the target, of which the picture may be a part.
+vec2 pixel_ndc(vec2 frag) {
+    return (frag - frame.origin.xy) * frame.viewport.zw * 2.0 - 1.0;
 }
 
 // What the depth buffer holds at a view depth: reversed, 1 at the near plane.

@@ -13,7 +13,7 @@ MarchSettings march_settings() {
     settings.max_steps = int(material.march.y);
     settings.refine_steps = int(material.march.z);
     settings.map_size = height_size();
-    settings.two_sided = (material.march.w & 1u) != 0u;
+    settings.two_sided = hits_from_behind();
     settings.step_limit = int(material.march.w >> 1);
     return settings;
 }

@@ -28,7 +28,7 @@ void main() {
     PrismData data = prisms.item[in_prism];
     Vertex v[3] = Vertex[3](vertices.item[data.corners[0]], vertices.item[data.corners[1]],
                             vertices.item[data.corners[2]]);
-    vec2 ndc = gl_FragCoord.xy * frame.viewport.zw * 2.0 - 1.0;
+    vec2 ndc = pixel_ndc(gl_FragCoord.xy);
 
     ProjectedPrism projected;
     vec3 depth, slope;
@@ -41,7 +41,7 @@ void main() {
         depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
         slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
     }
-    bool two_sided = (material.march.w & 1u) != 0u;
+    bool two_sided = hits_from_behind();
 #ifdef HAS_HEIGHT
     Prism prism;
     for (int k = 0; k < 3; ++k) {
@@ -68,6 +68,6 @@ void main() {
 #ifdef HAS_HEIGHT
     shade_hit(object, v, ndc, prism, settings, hit);
 #else
-    shade_surface(object, v, ndc, hit, vec2(0.0), material.displacement.y);
+    shade_surface(object, v, ndc, hit, vec2(0.0), material.displacement.y, false);
 #endif
 }

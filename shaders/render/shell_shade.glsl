@@ -4,9 +4,14 @@
 
 #include "render/interface.glsl"
 #include "render/material.glsl"
+#ifndef DEPTH_ONLY
 #include "render/ambient_occlusion.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
+#ifdef SHADOW_MAPS
+#include "render/shadow_map.glsl"
+#endif
+#endif
 #ifdef HAS_HEIGHT
 #include "shell/march.glsl"
 #else
@@ -24,9 +29,32 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
     return det > 0.0 ? vec2(g22 * d.x - g12 * d.y, g11 * d.y - g12 * d.x) / det : vec2(0.0);
 }
 
+#if defined(SHADOW_MAPS) && defined(HAS_HEIGHT)
+// How the height field continues beside a hit on it. e1, e2, along, slope: see below.
+Relief shell_relief(Object object, Vertex v[3], ShellHit hit, vec2 slope, vec3 e1, vec3 e2, vec3 along) {
+    vec3 t1 = e1 + slope.x * along, t2 = e2 + slope.y * along, normal = cross(t1, t2);
+    vec2 uv = vec2(v[0].shell.w, v[0].normal.w);
+    vec2 uv1 = vec2(v[1].shell.w, v[1].normal.w) - uv, uv2 = vec2(v[2].shell.w, v[2].normal.w) - uv;
+    // What the weights of corners 1 and 2 gain by a displacement within the plane of t1 and t2.
+    float squared = max(dot(normal, normal), 1e-37);
+    vec3 gain1 = cross(t2, normal) / squared, gain2 = cross(normal, t1) / squared;
+    gain1 = transform_direction(object.normal_x, object.normal_y, object.normal_z, gain1);
+    gain2 = transform_direction(object.normal_x, object.normal_y, object.normal_z, gain2);
+    Relief relief;
+    relief.uv = uv + hit.lambda.y * uv1 + hit.lambda.z * uv2;
+    relief.level = hit.t;
+    relief.to_uv = outerProduct(uv1, gain1) + outerProduct(uv2, gain2);
+    relief.rise = slope.x * gain1 + slope.y * gain2;
+    relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, along);
+    return relief;
+}
+#endif
+
 // Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the
-// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit.
-void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height) {
+// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the
+// hit is on the height field. DEPTH_ONLY: the depth alone.
+void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height,
+                   bool displaced) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -76,6 +104,7 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
         discard;
     }
 #endif
+#ifndef DEPTH_ONLY
 #ifdef NORMAL_UV
     vec4 tangent = hit.lambda.x * v[0].tangent + hit.lambda.y * v[1].tangent + hit.lambda.z * v[2].tangent;
     normal = mapped_normal(m.normal, normal, tangent);
@@ -97,8 +126,19 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
     surface.occlusion *= ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
                                                         step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
 #endif
+    Visibility visibility = all_lights_visible();
+#ifdef SHADOW_MAPS
+    Relief relief = NO_RELIEF;
+#ifdef HAS_HEIGHT
+    if (displaced && hit.wall < 0) {
+        relief = shell_relief(object, v, hit, slope, e1, e2, along);
+    }
+#endif
+    visibility = mapped_visibility(visibility, surface, relief);
+#endif
+    write_outputs(surface, visibility, at[AOV_UV].uv, hit.depth, height);
+#endif
     gl_FragDepth = buffer_depth(hit.depth);
-    write_outputs(surface, all_lights_visible(), at[AOV_UV].uv, hit.depth, height);
 }
 
 #ifdef HAS_HEIGHT
@@ -106,12 +146,13 @@ void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings 
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
 #ifdef MARCH_NONE
-    vec2 gradient = vec2(0.0);
+    bool displaced = false;
 #else
-    vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
+    bool displaced = !prism.plain;
 #endif
+    vec2 gradient = displaced ? settings.scale * height_gradient(height_uv, 0.0) : vec2(0.0);
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
-    shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel);
+    shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel, displaced);
 }
 #endif
 

@@ -3,9 +3,14 @@
 // The base surface: plain, or with a classic parallax technique in its tangent plane (--shell off).
 #include "render/interface.glsl"
 #include "render/material.glsl"
+#ifndef DEPTH_ONLY
 #include "render/ambient_occlusion.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
+#ifdef SHADOW_MAPS
+#include "render/shadow_map.glsl"
+#endif
+#endif
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
@@ -27,13 +32,15 @@ void main() {
     Object object = objects.item[draw.object];
     vec3 position = in_position;
     float facing = gl_FrontFacing ? 1.0 : -1.0;
-    vec3 normal = facing * normalize(in_normal);
+    vec3 base_normal = facing * normalize(in_normal), normal = base_normal;
     vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);
     vec3 geometric = cross(position_x, position_y);
     TexturePoint at[2] = TexturePoint[2](TexturePoint(in_uvs.xy, dFdx(in_uvs.xy), dFdy(in_uvs.xy)),
                                          TexturePoint(in_uvs.zw, dFdx(in_uvs.zw), dFdy(in_uvs.zw)));
     float level = 0.0;
+#ifndef DEPTH_ONLY
     Visibility visibility = all_lights_visible();
+#endif
 #ifdef HAS_HEIGHT
     mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
     // Seen from behind, heights turn inside out.
@@ -91,6 +98,7 @@ void main() {
         discard;
     }
 #endif
+#ifndef DEPTH_ONLY
 #ifdef NORMAL_UV
     normal = mapped_normal(m.normal, normal, in_tangent);
 #endif
@@ -108,6 +116,7 @@ void main() {
 #ifdef AMBIENT_OCCLUSION
     surface.occlusion *= ambient_occlusion(TexturePoint(height_uv, dFdx(in_height_uv), dFdy(in_height_uv)));
 #endif
+#endif
     float view_depth = dot(object.depth.xyz, position) + object.depth.w;
 #ifdef DEPTH_OFFSET
     if (view_depth < frame.lens.z || view_depth > frame.lens.w) {
@@ -115,10 +124,27 @@ void main() {
     }
     gl_FragDepth = buffer_depth(view_depth);
 #endif
+#ifndef DEPTH_ONLY
 #ifdef HAS_HEIGHT
     float height = level / material.displacement.x + material.displacement.y;
 #else
     float height = material.displacement.y;
 #endif
+#ifdef SHADOW_MAPS
+    Relief relief = NO_RELIEF;
+#if defined(MARCH_TRACES) && defined(DEPTH_OFFSET)
+    relief.uv = height_uv;
+    relief.level = level;
+    vec3 to_u = vec3(jacobian[0].x, jacobian[1].x, jacobian[2].x);
+    vec3 to_v = vec3(jacobian[0].y, jacobian[1].y, jacobian[2].y);
+    to_u = transform_direction(object.normal_x, object.normal_y, object.normal_z, to_u);
+    to_v = transform_direction(object.normal_x, object.normal_y, object.normal_z, to_v);
+    relief.to_uv = outerProduct(vec2(1.0, 0.0), to_u) + outerProduct(vec2(0.0, 1.0), to_v);
+    relief.rise = facing * (gradient.x * to_u + gradient.y * to_v);
+    relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, facing * base_normal);
+#endif
+    visibility = mapped_visibility(visibility, surface, relief);
+#endif
     write_outputs(surface, visibility, at[AOV_UV].uv, view_depth, height);
+#endif
 }

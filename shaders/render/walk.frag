@@ -29,7 +29,7 @@ layout(location = 1) in float in_level;
 
 void main() {
     Object object = objects.item[draw.object];
-    vec2 ndc = gl_FragCoord.xy * frame.viewport.zw * 2.0 - 1.0;
+    vec2 ndc = pixel_ndc(gl_FragCoord.xy);
     WalkRay ray = WalkRay(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);

@@ -45,9 +45,13 @@ uint wall_field(uint bits, int wall) {
     return bitfieldExtract(bits, 14 + 3 * wall, 3);
 }
 
-// The neighbour's surface is hit from behind too.
+// The neighbour's surface is hit from behind too; under BLOCKS_LIGHT every surface is.
 bool wall_behind(uint bits, int wall) {
+#ifdef BLOCKS_LIGHT
+    return true;
+#else
     return bitfieldExtract(bits, 23 + wall, 1) != 0u;
+#endif
 }
 
 #endif

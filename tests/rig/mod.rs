@@ -20,6 +20,7 @@ use prism_engine::{
     render::{
         self, Output, Renderer,
         deform::{Pose, Vectors},
+        plan::Plan,
     },
     scene::{self, Camera, Scene},
     settings::{Settings, Shell, Stage},
@@ -65,6 +66,11 @@ impl Rig {
     /// Name and driver of the device.
     pub fn device(&self) -> String {
         format!("{}, {}", self.ctx.device_name(), self.ctx.driver().trim())
+    }
+
+    /// Names of all allocations on the device.
+    pub fn allocations(&self) -> Vec<String> {
+        self.ctx.memory_report().into_iter().map(|(name, _)| name).collect()
     }
 
     /// Puts a scene on the device, to be drawn with AOVs.
@@ -118,6 +124,11 @@ impl Easel {
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
         self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// The plan in force.
+    pub fn plan(&self) -> &Plan {
+        self.renderer.plan()
     }
 
     /// The shaders of every pipeline that draws a shell.

@@ -109,7 +109,7 @@ impl CommandEncoder {
         }
         // SAFETY: recording; the views are alive and in the layouts that the attachment types document.
         unsafe { self.ctx.device().cmd_begin_rendering(self.raw, &info) };
-        self.set_viewport(desc.extent);
+        self.set_viewport([0, 0], desc.extent);
     }
 
     /// Ends the pass.
@@ -119,12 +119,19 @@ impl CommandEncoder {
         self.end_region();
     }
 
-    /// Viewport and scissor over `extent`, y down, depth 0 to 1.
-    pub fn set_viewport(&mut self, extent: [u32; 2]) {
-        let [width, height] = extent;
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+    /// Viewport and scissor over `extent` from the pixel `origin` on, y down, depth 0 to 1.
+    pub fn set_viewport(&mut self, origin: [u32; 2], extent: [u32; 2]) {
+        let [[x, y], [width, height]] = [origin, extent];
+        let viewport = vk::Viewport {
+            x: x as f32,
+            y: y as f32,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let offset = vk::Offset2D { x: x as i32, y: y as i32 };
+        let scissor = vk::Rect2D { offset, extent: vk::Extent2D { width, height } };
         // SAFETY: recording.
         unsafe {
             self.ctx.device().cmd_set_viewport(self.raw, 0, &[viewport]);

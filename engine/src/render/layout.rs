@@ -85,6 +85,8 @@ shared! {
         ambient: [Vec4; 12],
         /// Lights, 1 in perspective.
         counts: UVec4,
+        /// Pixel of the target at which the picture begins (xy).
+        origin: Vec4,
     }
     /// One light, camera-relative.
     Light {
@@ -94,8 +96,23 @@ shared! {
         position: Vec4,
         /// Direction the light travels, unit.
         direction: Vec4,
-        /// Cone: clamp(cos · x + y) is its edge's fade; a point light has (0, 1).
+        /// Cone: clamp(cos · x + y) is its edge's fade; a point light has (0, 1). First of its shadow maps, and how many.
         spot: Vec4,
+    }
+    /// One shadow map, a tile of the atlas: rows of camera-relative world to the tile's texels (times clip w) and depth.
+    ShadowView {
+        /// Row to texel x.
+        x: Vec4,
+        /// Row to texel y (down).
+        y: Vec4,
+        /// Row to clip w.
+        w: Vec4,
+        /// Row to the light's view depth.
+        depth: Vec4,
+        /// Scale and offset of [`Frame::lens`], texels a side, 1 in perspective.
+        lens: Vec4,
+        /// First texel of the tile, 1 / width, 1 / height of the atlas.
+        tile: Vec4,
     }
     /// One drawn primitive of one instance: its transforms, made in f64 and rebased to the mesh's centre.
     Object {
@@ -269,7 +286,7 @@ mod tests {
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let mut surface = shell.clone();
-        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW", "SHADOW_MAPS"]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
         let none = Vec::new();
         let mut seen = BTreeSet::new();
@@ -289,6 +306,7 @@ mod tests {
                     "MaterialBlock" => ("material.", Material::MEMBERS, None),
                     "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
+                    "shadow_views" => ("item[].", ShadowView::MEMBERS, Some(size_of::<ShadowView>())),
                     "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
                     "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
                     "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
@@ -314,6 +332,7 @@ mod tests {
             "objects",
             "posed",
             "prisms",
+            "shadow_views",
             "triangles",
             "vertices",
         ];

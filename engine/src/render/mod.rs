@@ -10,6 +10,7 @@ mod meshlets;
 pub mod plan;
 mod pyramid;
 mod resources;
+mod shadow;
 #[cfg(test)]
 mod tests;
 pub mod variant;
@@ -26,7 +27,8 @@ use self::deform::{Deformer, Pose};
 use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
 use self::resources::{Images, Primitive, Slot};
-use self::variant::{Geometry, Variant};
+use self::shadow::ShadowMaps;
+use self::variant::{Geometry, Pass, Variant};
 use self::view::View;
 use crate::aov::Aov;
 use crate::error::{Error, Result};
@@ -95,6 +97,11 @@ pub struct Output {
     pub aov: bool,
 }
 
+/// Whether a draw is part of a shell.
+fn is_shell(draw: &Draw) -> bool {
+    draw.variant.geometry.stage().is_some()
+}
+
 /// Draws one scene.
 pub struct Renderer {
     ctx: Context,
@@ -112,6 +119,7 @@ pub struct Renderer {
     /// Set 1 of each draw.
     sets: Vec<DescriptorSet>,
     slots: Vec<Slot>,
+    shadow_maps: Option<ShadowMaps>,
     targets: Option<Targets>,
 }
 
@@ -149,6 +157,7 @@ impl Renderer {
             pipelines: HashMap::new(),
             sets: Vec::new(),
             slots: Vec::new(),
+            shadow_maps: None,
             targets: None,
         };
         renderer.set_settings(compiler, settings)?;
@@ -161,20 +170,26 @@ impl Renderer {
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
         let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
-        for draw in &plan.draws {
+        let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
+        for draw in plan.draws.iter().chain(blockers) {
             if !self.pipelines.contains_key(&draw.variant) {
                 let pipeline = self.pipeline(compiler, &draw.variant)?;
                 self.pipelines.insert(draw.variant, pipeline);
             }
         }
-        let sets = plan
-            .draws
-            .iter()
-            .map(|draw| {
-                let pipeline = &self.pipelines[&draw.variant];
-                primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, &plan, draw, &self.images)
+        let set = |draw: &Draw| {
+            let pipeline = &self.pipelines[&draw.variant];
+            primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, &plan, draw, &self.images)
+        };
+        let sets = plan.draws.iter().map(set).collect::<Result<Vec<_>>>()?;
+        let shadow_maps = plan
+            .shadow_maps
+            .as_ref()
+            .map(|maps| {
+                let sets = maps.draws.iter().map(set).collect::<Result<_>>()?;
+                ShadowMaps::new(&self.ctx, maps, settings, sets)
             })
-            .collect::<Result<Vec<_>>>()?;
+            .transpose()?;
         let deformers = deform::deformers(&self.ctx, compiler, &self.scene, &plan, &primitives)?;
         self.slots.clear();
         self.settings = settings.clone();
@@ -182,6 +197,7 @@ impl Renderer {
         self.primitives = primitives;
         self.deformers = deformers;
         self.sets = sets;
+        self.shadow_maps = shadow_maps;
         Ok(())
     }
 
@@ -244,33 +260,23 @@ impl Renderer {
         self.resize(extent)?;
         while self.slots.len() <= slot {
             let index = self.slots.len();
-            let slot =
-                Slot::new(&self.ctx, index, self.plan.draws.len(), self.lights.len(), self.settings.count_limits)?;
-            self.slots.push(slot);
+            let (draws, lights) = (self.plan.draws.len(), self.lights.len());
+            let maps = self.plan.shadow_maps.as_ref().map_or(0, |maps| maps.count() as usize);
+            let label = format!("slot {index}");
+            self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, self.settings.count_limits)?);
         }
-        let objects: Vec<_> = self
-            .plan
-            .draws
-            .iter()
-            .map(|draw| view.object(&self.transforms[draw.instance], self.primitives[draw.primitive].center))
-            .collect();
-        let cut: Vec<_> = self
-            .plan
-            .draws
-            .iter()
-            .map(|draw| {
-                let primitive = &self.primitives[draw.primitive];
-                // Where a pose reaches is known on the GPU only.
-                primitive.rest.is_some()
-                    || view.near_plane_meets(&self.transforms[draw.instance], primitive.center, primitive.extent)
-            })
-            .collect();
-        let lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
+        let mapped = self.record_shadow_maps(cmd, slot, camera, extent, timers.as_deref_mut())?;
+        let (objects, cut) = self.objects(&view, &self.plan.draws);
+        let mut lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
+        for (light, maps) in lights.iter_mut().zip(&mapped.of_light) {
+            light.set_maps(*maps);
+        }
         let frame = view.frame(lights.len(), &self.scene.ambient);
-        self.slots[slot].write(&frame, &objects, &lights)?;
+        self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
+        let atlas: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
         for draw in &self.plan.draws {
             let pipeline = &self.pipelines[&draw.variant];
-            self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline)?;
+            self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline, &atlas)?;
         }
 
         let targets = self.targets.as_mut().expect("resize made them");
@@ -280,7 +286,6 @@ impl Renderer {
             aov.begin(cmd);
         }
         // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
-        let is_shell = |draw: &Draw| draw.variant.geometry.stage().is_some();
         let (shells, surfaces): (Vec<_>, Vec<_>) =
             (0..self.plan.draws.len()).partition(|i| is_shell(&self.plan.draws[*i]));
         let mut clear = true;
@@ -304,7 +309,9 @@ impl Renderer {
             }
             self.begin_pass(cmd, name, target, clear);
             for index in draws {
-                self.record_draw(cmd, slot, index, &frame, &objects[index], cut[index]);
+                let draw = &self.plan.draws[index];
+                let sets = [self.slots[slot].set(&draw.variant), &self.sets[index]];
+                self.record_draw(cmd, draw, sets, index, &frame, &objects[index], cut[index]);
             }
             cmd.end_rendering();
             if let Some(timers) = timers.as_deref_mut() {
@@ -328,22 +335,35 @@ impl Renderer {
         cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent: target.extent() });
     }
 
-    /// `cut`: the near plane may lie within the shell or under it.
+    /// What `draws` need of a view: each one's transforms, and whether the near plane may lie within its shell or under it.
+    fn objects(&self, view: &View, draws: &[Draw]) -> (Vec<Object>, Vec<bool>) {
+        let of = |draw: &Draw| {
+            let (transform, primitive) = (&self.transforms[draw.instance], &self.primitives[draw.primitive]);
+            // Where a pose reaches is known on the GPU only.
+            let cut = primitive.rest.is_some() || view.near_plane_meets(transform, primitive.center, primitive.extent);
+            (view.object(transform, primitive.center), cut)
+        };
+        draws.iter().map(of).unzip()
+    }
+
+    /// `sets`: 0 and 1. `index`: of the draw's object. `cut`: see [`Renderer::objects`].
+    #[allow(clippy::too_many_arguments)]
     fn record_draw(
         &self,
         cmd: &mut CommandEncoder,
-        slot: usize,
+        draw: &Draw,
+        sets: [&DescriptorSet; 2],
         index: usize,
         frame: &Frame,
         object: &Object,
         cut: bool,
     ) {
-        let draw = &self.plan.draws[index];
         let pipeline = &self.pipelines[&draw.variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
-        cmd.bind_set(pipeline, 0, self.slots[slot].set(&draw.variant));
-        cmd.bind_set(pipeline, 1, &self.sets[index]);
+        for (number, set) in (0..).zip(sets) {
+            cmd.bind_set(pipeline, number, set);
+        }
         let prism_count = draw.range.end;
         let mut push = layout::Draw { object: index as u32, count: prism_count, prism_count, bases: 0 };
         if let Some(walk) = &primitive.walk {
@@ -396,7 +416,8 @@ impl Renderer {
     /// The pipelines that a frame binds, by name.
     pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
         let mut variants: Vec<Variant> = Vec::new();
-        for draw in &self.plan.draws {
+        let blockers = self.plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
+        for draw in self.plan.draws.iter().chain(blockers) {
             if !variants.contains(&draw.variant) {
                 variants.push(draw.variant);
             }
@@ -432,9 +453,12 @@ impl Renderer {
             .iter()
             .map(|(path, stage)| compiler.compile(path, *stage, &defines))
             .collect::<Result<Vec<_>>>()?;
-        let mut color_formats = vec![self.output.color_format];
-        if self.output.aov {
-            color_formats.extend(AovTargets::FORMATS);
+        let mut color_formats = Vec::new();
+        if variant.pass == Pass::Shade {
+            color_formats.push(self.output.color_format);
+            if self.output.aov {
+                color_formats.extend(AovTargets::FORMATS);
+            }
         }
         let outlines = matches!(variant.geometry, Geometry::Shell(_) | Geometry::Borders(_));
         let cull = if outlines || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use super::variant::{Geometry, Height, Variant};
+use super::shadow;
+use super::variant::{Geometry, Height, Pass, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
 use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
@@ -53,10 +54,28 @@ pub struct Plan {
     pub primitives: Vec<PlannedPrimitive>,
     /// Draws, in order.
     pub draws: Vec<Draw>,
+    /// Shadow maps, where something casts on something.
+    pub shadow_maps: Option<ShadowPlan>,
     /// The stage of the shell's geometry; none where no shell is drawn.
     pub stage: Option<Stage>,
     /// Sentences for the user.
     pub notices: Vec<String>,
+}
+
+/// What the lights see.
+#[derive(Clone, Debug)]
+pub struct ShadowPlan {
+    /// Draws of the scene as blockers of light.
+    pub draws: Vec<Draw>,
+    /// Maps of each light that casts shadows, in their order.
+    pub maps: Vec<u32>,
+}
+
+impl ShadowPlan {
+    /// Maps of all lights.
+    pub fn count(&self) -> u32 {
+        self.maps.iter().sum()
+    }
 }
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
@@ -73,7 +92,7 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
     let mut plan = Plan::default();
-    if settings.self_shadow != SelfShadow::Off && scene.lights.len() > MAX_SHADOWED_LIGHTS {
+    if (settings.shadow_map || settings.self_shadow != SelfShadow::Off) && scene.lights.len() > MAX_SHADOWED_LIGHTS {
         plan.notices.push(format!("{} lights; the first {MAX_SHADOWED_LIGHTS} cast shadows", scene.lights.len()));
     }
     // First planned primitive of each mesh.
@@ -84,6 +103,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
             plan_draws(scene, settings, stage, aov, index, instance, start + offset, &mut plan);
         }
     }
+    plan_shadow_maps(scene, settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
@@ -166,7 +186,9 @@ fn plan_draws(
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
         lights: !scene.lights.is_empty(),
+        pass: Pass::Shade,
         shadowed_lights: 0,
+        shadow_maps: false,
         aov,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
@@ -206,6 +228,45 @@ fn plan_draws(
         let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
         push(Variant { height, shadowed_lights: shadowed, ..plain }, 0..primitive.triangles.len() as u32);
     }
+}
+
+/// Shadow maps need a light, something that casts and something that receives.
+fn plan_shadow_maps(scene: &Scene, settings: &Settings, plan: &mut Plan) {
+    if !settings.shadow_map {
+        return;
+    }
+    let reason = match () {
+        () if settings.baseline.is_some() => "a baseline is drawn without shadows",
+        () if scene.lights.is_empty() => "the scene has no light",
+        () if !casts(scene, plan) => "all there is lies in one plane, so nothing casts on anything",
+        () => {
+            let lights = scene.lights.iter().take(usize::from(shadowed_lights(scene)));
+            plan.shadow_maps = Some(ShadowPlan {
+                draws: plan.draws.iter().map(|d| Draw { variant: d.variant.for_light(), ..d.clone() }).collect(),
+                maps: lights.map(|light| shadow::maps(light, settings)).collect(),
+            });
+            for draw in &mut plan.draws {
+                draw.variant.shadow_maps = true;
+                draw.variant.shadowed_lights = shadowed_lights(scene);
+            }
+            return;
+        }
+    };
+    plan.notices.push(format!("no shadow map: {reason}"));
+}
+
+/// Whether something drawn may stand between a light and something else: not where all is one flat plain sheet.
+fn casts(scene: &Scene, plan: &Plan) -> bool {
+    let [draw] = &plan.draws[..] else { return !plan.draws.is_empty() };
+    let primitive = source(scene, &plan.primitives[draw.primitive]);
+    let mut normals = primitive.triangles.iter().map(|triangle| {
+        let [a, b, c] = triangle.map(|v| primitive.positions[v as usize].as_dvec3());
+        ((b - a).cross(c - a).normalize_or_zero(), a)
+    });
+    let first = normals.next();
+    draw.variant.height.is_some()
+        || plan.primitives[draw.primitive].deforms
+        || first.is_some_and(|(n, p)| normals.any(|(m, q)| n.cross(m) != DVec3::ZERO || n.dot(q - p) != 0.0))
 }
 
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::baseline::{Drawable, MicroMesh};
 use super::geometry::{PrimitiveData, WalkData};
-use super::layout::{Frame, Light, Object};
+use super::layout::{Frame, Light, Object, ShadowView};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
 use super::pyramid;
 use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
@@ -398,17 +398,26 @@ pub struct Slot {
     frame: Buffer,
     objects: Buffer,
     lights: Option<Buffer>,
+    shadow_views: Option<Buffer>,
     /// Loops that reached their limit, where they are counted.
     counters: Option<Buffer>,
     sets: HashMap<Variant, DescriptorSet>,
 }
 
 impl Slot {
-    /// Room for `objects` draws and `lights` lights, and counters if asked for.
-    pub fn new(ctx: &Context, index: usize, objects: usize, lights: usize, counters: bool) -> Result<Self> {
+    /// Room for `objects` draws, `lights` lights and `shadow_views` shadow maps, and counters if asked for. label: what
+    /// its buffers are named after.
+    pub fn new(
+        ctx: &Context,
+        label: &str,
+        objects: usize,
+        lights: usize,
+        shadow_views: usize,
+        counters: bool,
+    ) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let buffer_in = |location, what: &str, size: usize, usage| {
-            let name = format!("{what} of slot {index}");
+            let name = format!("{what} of {label}");
             Buffer::new(ctx, &BufferDesc { name: &name, size: size as u64, usage, location })
         };
         let buffer = |what: &str, size, usage| buffer_in(MemoryLocation::CpuToGpu, what, size, usage);
@@ -418,6 +427,9 @@ impl Slot {
             lights: (lights > 0)
                 .then(|| buffer("lights", size_of::<Light>() * lights, U::STORAGE_BUFFER))
                 .transpose()?,
+            shadow_views: (shadow_views > 0)
+                .then(|| buffer("shadow views", size_of::<ShadowView>() * shadow_views, U::STORAGE_BUFFER))
+                .transpose()?,
             counters: counters
                 .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<u32>(), U::STORAGE_BUFFER))
                 .transpose()?,
@@ -426,11 +438,14 @@ impl Slot {
     }
 
     /// Writes the frame's data; the GPU must be done with the slot's last frame.
-    pub fn write(&self, frame: &Frame, objects: &[Object], lights: &[Light]) -> Result<()> {
+    pub fn write(&self, frame: &Frame, objects: &[Object], lights: &[Light], views: &[ShadowView]) -> Result<()> {
         self.frame.write(0, std::slice::from_ref(frame))?;
         self.objects.write(0, objects)?;
         if let Some(buffer) = &self.lights {
             buffer.write(0, lights)?;
+        }
+        if let Some(buffer) = &self.shadow_views {
+            buffer.write(0, views)?;
         }
         if let Some(buffer) = &self.counters {
             buffer.write(0, &[0u32])?;
@@ -451,14 +466,27 @@ impl Slot {
         Ok(buffer.read::<u32>()?.first().copied())
     }
 
-    /// Makes set 0 for a variant's pipeline, if it is not made yet.
-    pub fn prepare(&mut self, ctx: &Context, variant: &Variant, pipeline: &Pipeline) -> Result<()> {
+    /// Where loops that reach their limit are counted, if they are.
+    pub fn counters(&self) -> Option<&Buffer> {
+        self.counters.as_ref()
+    }
+
+    /// Makes set 0 for a variant's pipeline, if it is not made yet. extra: what it reads besides.
+    pub fn prepare(
+        &mut self,
+        ctx: &Context,
+        variant: &Variant,
+        pipeline: &Pipeline,
+        extra: &[(&str, Binding<'_>)],
+    ) -> Result<()> {
         if self.sets.contains_key(variant) {
             return Ok(());
         }
         let mut bindings =
             vec![("FrameBlock", Binding::Buffer(&self.frame)), ("objects", Binding::Buffer(&self.objects))];
         bindings.extend(self.lights.as_ref().map(|lights| ("lights", Binding::Buffer(lights))));
+        bindings.extend(self.shadow_views.as_ref().map(|views| ("shadow_views", Binding::Buffer(views))));
+        bindings.extend(extra);
         bindings.extend(self.counters.as_ref().map(|counters| ("counters", Binding::Buffer(counters))));
         let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
         self.sets.insert(*variant, set);

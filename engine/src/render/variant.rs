@@ -55,6 +55,15 @@ impl Geometry {
     }
 }
 
+/// What a draw is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pass {
+    /// The picture.
+    Shade,
+    /// A light's depth map: what blocks it, from either side.
+    Light,
+}
+
 /// The height field's part in a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Height {
@@ -83,6 +92,8 @@ pub struct Height {
 /// Everything that decides a draw's shader code and pipeline state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Variant {
+    /// Pass.
+    pub pass: Pass,
     /// Geometry.
     pub geometry: Geometry,
     /// UV set of each texture that the material has.
@@ -99,6 +110,8 @@ pub struct Variant {
     pub lights: bool,
     /// Lights whose shadows it computes, the scene's first ones.
     pub shadowed_lights: u8,
+    /// Reads their shadow maps.
+    pub shadow_maps: bool,
     /// Writes the AOVs beside the colour.
     pub aov: bool,
     /// UV set of the AOV.
@@ -112,6 +125,10 @@ impl Variant {
     pub fn shaders(&self) -> &'static [(&'static str, ShaderStage)] {
         use ShaderStage as S;
         match self.geometry {
+            // The rasteriser's own depth is enough.
+            Geometry::Surface if self.pass != Pass::Shade && !self.alpha_mask && self.height.is_none() => {
+                &[("render/surface.vert", S::Vertex)]
+            }
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
@@ -133,6 +150,28 @@ impl Variant {
         }
     }
 
+    /// The same draw as a light sees it.
+    pub fn for_light(self) -> Variant {
+        let [base_color, ..] = self.textures;
+        Variant {
+            pass: Pass::Light,
+            // A lid seen from behind is where rays leave.
+            double_sided: self.geometry == Geometry::Surface,
+            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
+            // A base surface stands where its depth says.
+            height: self
+                .height
+                .filter(|h| self.geometry != Geometry::Surface || h.depth_offset)
+                .map(|h| Height { self_shadow: false, ambient_occlusion: false, ..h }),
+            lights: false,
+            shadowed_lights: 0,
+            shadow_maps: false,
+            aov: false,
+            aov_uv: 0,
+            ..self
+        }
+    }
+
     /// Which sides of its triangles show.
     pub fn sides(&self) -> Sides {
         Sides { double: self.double_sided, mirrored: self.mirrored }
@@ -140,7 +179,7 @@ impl Variant {
 
     /// The pipeline's debug name.
     pub fn name(&self) -> String {
-        match (self.geometry, self.height) {
+        let name = match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
             (Geometry::MicroMesh, _) => "micro-mesh".into(),
@@ -152,6 +191,10 @@ impl Variant {
                 };
                 format!("shell {part}{}", height.map_or_else(|| "plain".into(), |height| height.march.to_string()))
             }
+        };
+        match self.pass {
+            Pass::Shade => name,
+            Pass::Light => format!("shadow map: {name}"),
         }
     }
 
@@ -170,6 +213,9 @@ impl Variant {
         flag("WALK_LIDS", matches!(self.geometry, Geometry::Lids(_)));
         flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
         flag("DEFORMS", self.deforms);
+        flag("DEPTH_ONLY", self.pass != Pass::Shade);
+        flag("BLOCKS_LIGHT", self.pass == Pass::Light);
+        flag("SHADOW_MAPS", self.shadow_maps);
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);

@@ -5,7 +5,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4, Vec4};
 
-use super::layout::{Frame, Light as GpuLight, Object};
+use super::layout::{Frame, Light as GpuLight, Object, ShadowView};
 use crate::scene::{Ambient, Camera, Light, LightKind, Projection};
 
 /// A camera's transforms for one picture.
@@ -67,6 +67,7 @@ impl View {
             forward: self.forward.as_vec3().extend(0.0),
             ambient: std::array::from_fn(|i| ambient.forms[i / 4].col(i % 4).as_vec4()),
             counts: glam::UVec4::new(lights as u32, u32::from(self.perspective), 0, 0),
+            origin: Vec4::ZERO,
         }
     }
 
@@ -101,6 +102,22 @@ impl View {
             normal_z: normal_row(2),
             eye,
             handedness: Vec4::new(det.signum() as f32, 0.0, 0.0, 0.0),
+        }
+    }
+
+    /// This view's picture as a shadow map, for points relative to `eye`. It begins at texel `origin` of an atlas.
+    pub fn shadow_view(&self, eye: DVec3, origin: [u32; 2], atlas: [u32; 2]) -> ShadowView {
+        let relative = self.projection * DMat4::from_translation(eye - self.position);
+        let [x, y, w, depth] = [0, 1, 2, 3].map(|i| relative.row(i));
+        let half = self.extent.map(|n| 0.5 * f64::from(n));
+        let [scale, offset, ..] = self.lens.map(|v| v as f32);
+        ShadowView {
+            x: (half[0] * (x + w)).as_vec4(),
+            y: (half[1] * (y + w)).as_vec4(),
+            w: w.as_vec4(),
+            depth: depth.as_vec4(),
+            lens: Vec4::new(scale, offset, self.extent[0] as f32, f32::from(u8::from(self.perspective))),
+            tile: Vec4::new(origin[0] as f32, origin[1] as f32, 1.0 / atlas[0] as f32, 1.0 / atlas[1] as f32),
         }
     }
 

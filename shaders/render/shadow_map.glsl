@@ -1,0 +1,127 @@
+// Shadow maps: what each light sees, traced into depth maps as the camera's picture is (engine/src/render/shadow).
+//
+// A map holds the surface's exact depth along the light's ray through each texel's centre. The four texels around a point
+// are compared with the receiver itself where those rays meet it, and the outcomes are mixed bilinearly
+// (percentage-closer filtering: Reeves, Salesin and Cook 1987). No bias is tuned; it is what the receiver does there:
+//
+// - its tangent plane, on which the map's depth is an affine function of the texel (Isidoro, "Shadow Mapping: GPU-based
+//   Tips and Techniques", 2006); in perspective too, as the depth buffer's value is affine in 1 / depth;
+// - its detail: by how much the height field leaves that plane at the texel, one height looked up where the plane alone
+//   would be in shadow. Along the light's ray that is e (L · n) / (n · l) for e levels of lift L. The ray meets the bent
+//   surface a little aside of the place looked up, so that amount is allowed once more;
+// - rounding: 2^-20 of the terms of each sum that f32 takes, and 1/128 texel of slope, as the rasteriser moves the
+//   corners of plain triangles to its grid (1/256 texel).
+#ifndef RENDER_SHADOW_MAP_GLSL
+#define RENDER_SHADOW_MAP_GLSL
+
+#include "render/interface.glsl"
+#include "render/brdf.glsl"
+#ifdef HAS_HEIGHT
+#include "render/height_field.glsl"
+#endif
+
+layout(std430, set = 0, binding = 4) readonly buffer ShadowViewBlock { ShadowView item[]; } shadow_views;
+layout(set = 0, binding = 5) uniform sampler2D shadow_atlas;
+
+const float ROUNDING = 1.0 / 1048576.0;
+const float SNAPPING = 1.0 / 128.0;
+
+// How the height field continues beside the receiver. Of a surface without one, all zero.
+struct Relief {
+    vec2 uv;      // height map coordinates at the receiver
+    float level;
+    mat3x2 to_uv; // change of uv per world displacement within the tangent plane
+    vec3 rise;    // levels per the same, on that plane
+    vec3 lift;    // world displacement per level
+};
+
+const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, mat3x2(0.0), vec3(0.0), vec3(0.0));
+
+// Levels by which the surface leaves its tangent plane at `moved` from the receiver.
+float leaves_plane(Relief relief, vec3 moved) {
+#ifdef HAS_HEIGHT
+    float height = height_at(relief.uv + relief.to_uv * moved, 0.0);
+    float level = (height - material.displacement.y) * material.displacement.x;
+    return level - relief.level - dot(relief.rise, moved);
+#else
+    return 0.0;
+#endif
+}
+
+float weighed(vec4 at, vec3 position) {
+    return dot(abs(at.xyz), abs(position)) + abs(at.w);
+}
+
+// How much of the light arrives by one map. at: the receiver in texels. w: its clip w.
+float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, Relief relief) {
+    vec3 position = surface.position, normal = surface.geometric, axis = view.depth.xyz;
+    float depth = dot(axis, position) + view.depth.w;
+    bool perspective = view.lens.w != 0.0;
+    if (perspective && depth <= 0.0) {
+        return 1.0;
+    }
+    float receiver = view.lens.x * depth + view.lens.y, change = view.lens.x;
+    if (perspective) {
+        receiver /= depth;
+        change = -view.lens.y / (depth * depth);
+    }
+    // One texel right and one down on the tangent plane: (row - texel w) . moved = w * (change of texel).
+    vec3 row_x = view.x.xyz - at.x * view.w.xyz, row_y = view.y.xyz - at.y * view.w.xyz;
+    vec3 across = cross(row_y, normal), down = cross(normal, row_x);
+    float volume = dot(row_x, across), least = 1e-6 * length(row_x) * length(row_y);
+    float scale = w / (volume < 0.0 ? min(volume, -least) : max(volume, least));
+    across *= scale;
+    down *= scale;
+    vec2 slope = change * vec2(dot(axis, across), dot(axis, down));
+    vec2 spread = vec2(weighed(view.x, position), weighed(view.y, position)) / w;
+    float rounding = ROUNDING * (abs(change) * weighed(view.depth, position) + abs(receiver)
+                                 + dot(abs(slope), spread)) + SNAPPING * (abs(slope.x) + abs(slope.y));
+    // Of the buffer's value, per level of lift.
+    float lifted = change * dot(axis, toward) * dot(relief.lift, normal) / max(dot(normal, toward), 1e-6);
+
+    vec2 first = clamp(floor(at - 0.5), vec2(0.0), vec2(view.lens.z - 2.0));
+    vec2 part = clamp(at - 0.5 - first, 0.0, 1.0);
+    vec4 stored = textureGather(shadow_atlas, (view.tile.xy + first + 1.0) * view.tile.zw);
+    vec4 share = vec4((1.0 - part.x) * part.y, part.x * part.y, part.x * (1.0 - part.y),
+                      (1.0 - part.x) * (1.0 - part.y));
+    float lit = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        // A gather's order: lower left, lower right, upper right, upper left.
+        vec2 away = first + 0.5 + vec2(i == 1 || i == 2 ? 1.0 : 0.0, i < 2 ? 1.0 : 0.0) - at;
+        float over = stored[i] - receiver - dot(slope, away) - rounding;
+        if (over > 0.0) {
+            float bend = lifted * leaves_plane(relief, away.x * across + away.y * down);
+            over -= abs(bend) + max(bend, 0.0);
+        }
+        lit += over > 0.0 ? 0.0 : share[i];
+    }
+    return lit;
+}
+
+// What the maps say of each light at a receiver, in `visibility`.
+Visibility mapped_visibility(Visibility visibility, Surface surface, Relief relief) {
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        Light light = lights.item[i];
+        vec3 toward;
+        light_arriving(light, surface.position, toward);
+        if (dot(surface.geometric, toward) <= 0.0) {
+            visibility.light[i] = 0.0;
+            continue;
+        }
+        // The finest map that holds the point: cascades come in that order, and the faces of a cube do not overlap.
+        int begin = int(light.spot.z), end = begin + int(light.spot.w);
+        for (int v = begin; v < end && visibility.light[i] > 0.0; ++v) {
+            ShadowView view = shadow_views.item[v];
+            float w = dot(view.w.xyz, surface.position) + view.w.w;
+            vec2 at = vec2(dot(view.x.xyz, surface.position), dot(view.y.xyz, surface.position));
+            at = (at + vec2(view.x.w, view.y.w)) / w;
+            if (w > 0.0 && all(greaterThanEqual(at, vec2(1.0))) && all(lessThanEqual(at, vec2(view.lens.z - 1.0)))) {
+                visibility.light[i] *= map_lit(view, at, w, surface, toward, relief);
+                break;
+            }
+        }
+    }
+    return visibility;
+}
+
+#endif

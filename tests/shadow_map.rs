@@ -1,0 +1,306 @@
+//! Shadow maps against closed forms, and against the f64 reference, which sends a ray toward the light from every hit.
+
+mod rig;
+
+use glam::{DAffine2, DAffine3, DVec2, DVec3, Vec2, Vec3};
+use prism_engine::{
+    aov::Aov,
+    render::variant::Pass,
+    scene::{
+        Ambient, Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light, LightKind, Material,
+        Mesh, Primitive, Projection, Scene, Wrap,
+    },
+    settings::{March, Settings, Shell, Stage},
+    shell::reference::{Reference, Shadows},
+};
+use rig::{Rig, SHELLS, STAGES};
+
+const EXTENT: [u32; 2] = [160, 90];
+
+fn mapped(shell: Shell, stage: Stage, size: u32, cascades: u32) -> Settings {
+    Settings { shadow_map: true, shadow_map_size: size, cascades, ..rig::exact(shell, stage) }
+}
+
+/// A level square of so much half a side about the origin, facing up.
+fn square(half: f32, material: usize, displacement_scale: f64) -> Mesh {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0f32]];
+    let primitive = Primitive {
+        material,
+        positions: corners.map(|[x, z]| half * Vec3::new(x, 0.0, -z)).to_vec(),
+        normals: vec![Vec3::Y; 4],
+        tangents: Vec::new(),
+        uvs: [corners.map(|[x, z]| Vec2::new(x, z)).to_vec(), Vec::new()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        weld: vec![0, 1, 2, 3],
+        displacement_scale,
+    };
+    let shell_normals = vec![DVec3::Y; 4];
+    Mesh { name: format!("square {material}"), primitives: vec![primitive], shell_normals, deforms: false }
+}
+
+/// The level at which the displaced sheet of [`sheet_over_floor`] stands.
+const TOP: f64 = 1.4;
+/// Half its side.
+const HALF: f64 = 0.5;
+
+/// A plain floor at y = 0, and over it a sheet whose map lifts it from y = 1 to [`TOP`].
+fn sheet_over_floor(light: Light) -> Scene {
+    let displacement = Displacement {
+        source: HeightSource::Map(0),
+        wrap: [Wrap::Repeat; 2],
+        tex_coord: 0,
+        transform: DAffine2::IDENTITY,
+        scale: 0.8,
+        relative: false,
+        midlevel: 0.5,
+        border_wall: false,
+    };
+    let lifted = Material { name: "lifted".into(), displacement: Some(displacement), ..Material::default() };
+    let instance = |mesh: usize, y: f64| Instance {
+        name: format!("instance {mesh}"),
+        mesh,
+        transform: DAffine3::from_translation(DVec3::new(0.0, y, 0.0)),
+    };
+    Scene {
+        file: "sheet over floor".into(),
+        meshes: vec![square(3.0, 0, 0.0), square(HALF as f32, 1, 0.8)],
+        materials: vec![Material::default(), lifted],
+        images: Vec::new(),
+        height_maps: vec![HeightMap {
+            name: "one".into(),
+            width: 2,
+            height: 2,
+            texels: HeightTexels::U8(vec![255; 4]),
+        }],
+        instances: vec![instance(0, 0.0), instance(1, 1.0)],
+        camera: Some(Camera::look_at(DVec3::new(0.4, 4.0, 4.0), DVec3::new(0.4, 0.2, 0.0), 50.0).unwrap()),
+        lights: vec![light],
+        ambient: Ambient::default(),
+        notices: Vec::new(),
+    }
+}
+
+fn lamp(position: DVec3, direction: DVec3, kind: LightKind) -> Light {
+    Light { intensity: DVec3::splat(3.0), position, direction: direction.normalize(), range: None, kind }
+}
+
+fn sun() -> Light {
+    lamp(DVec3::ZERO, DVec3::new(0.9, -1.0, 0.3), LightKind::Directional)
+}
+
+/// Where the way from a point of the floor to the light crosses the level `y`, horizontally.
+fn crossing(light: &Light, floor: DVec3, y: f64) -> DVec2 {
+    let way = match light.kind {
+        LightKind::Directional => -light.direction,
+        _ => light.position - floor,
+    };
+    let at = floor + y / way.y * way;
+    DVec2::new(at.x, at.z)
+}
+
+/// Draws a floor at y = 0 under a sheet at y = `top` and compares every pixel of the floor farther than `reach` from the shadow's edge,
+/// measured at the sheet. Returns how many are dark.
+#[track_caller]
+fn floor_is_right(rig: &Rig, scene: &Scene, top: f64, settings: &Settings, reach: f64) -> usize {
+    let light = scene.lights[0];
+    let drawn = rig.easel(scene, settings, EXTENT).draw(&scene.camera.unwrap());
+    let (mut dark, mut judged, mut wrong) = (0, 0, Vec::new());
+    for i in (0..drawn.depth.len()).filter(|i| drawn.depth[*i].is_finite()) {
+        let at = Vec3::from_array(drawn.position[i]).as_dvec3();
+        let in_cone = match light.kind {
+            LightKind::Spot { outer, .. } => (at - light.position).normalize().dot(light.direction) > outer.cos(),
+            _ => true,
+        };
+        let inside = HALF - crossing(&light, at, top).abs().max_element();
+        if at.y.abs() > 1e-4 || !in_cone || inside.abs() <= reach {
+            continue;
+        }
+        judged += 1;
+        dark += usize::from(inside > 0.0);
+        if (drawn.shadow[i] > 0.5) == (inside > 0.0) || !(0.0..=1.0).contains(&drawn.shadow[i]) {
+            wrong.push((i, at, drawn.shadow[i], inside));
+        }
+    }
+    let name = format!("{:?} {} {} {} cascades", light.kind, settings.shell, settings.stage, settings.cascades);
+    println!("{name}: {} of {judged} wrong, {dark} dark", wrong.len());
+    assert!(judged > 5000 && wrong.is_empty(), "{name}: {} of {judged}, the first {:?}", wrong.len(), wrong.first());
+    dark
+}
+
+/// The shadow is the displaced sheet's, in its place: the flat one's would be 0.36 aside.
+#[test]
+fn a_sheet_casts_from_where_its_detail_is() {
+    let rig = Rig::new();
+    // One map of 512 texels holds a sphere of radius 4.4.
+    let texel = 2.0 * 4.5 / 512.0;
+    for (shell, stage) in SHELLS.into_iter().flat_map(|shell| STAGES.map(|stage| (shell, stage))) {
+        assert!(floor_is_right(&rig, &sheet_over_floor(sun()), TOP, &mapped(shell, stage, 512, 1), 2.0 * texel) > 200);
+    }
+}
+
+#[test]
+fn cascades_spots_and_points_agree_with_the_closed_form() {
+    let rig = Rig::new();
+    let texel = 2.0 * 4.5 / 512.0;
+    let settings = |cascades| mapped(Shell::Walk, Stage::Mesh, 512, cascades);
+    let right =
+        |light, cascades, reach| floor_is_right(&rig, &sheet_over_floor(light), TOP, &settings(cascades), reach);
+    right(sun(), 3, 2.0 * texel);
+    // The sheet hides the middle of a cone that reaches past it; texels at the floor, as seen from the lamp.
+    let above = DVec3::new(-0.6, 4.0, 0.3);
+    for outer in [0.9, 1.3] {
+        let spot = LightKind::Spot { inner: 0.2, outer };
+        right(lamp(above, DVec3::new(0.1, -1.0, 0.0), spot), 1, 0.04);
+    }
+    right(lamp(above, DVec3::NEG_Y, LightKind::Point), 1, 0.04);
+}
+
+/// Without a shell the depth offset lifts the floor before it looks for its lights: the shadow is that of the lifted one.
+#[test]
+fn a_base_surface_is_shadowed_where_its_offset_puts_it() {
+    let mut scene = sheet_over_floor(sun());
+    scene.meshes = vec![square(3.0, 1, 0.8), square(HALF as f32, 0, 0.0)];
+    scene.instances[0].transform = DAffine3::from_translation(DVec3::new(0.0, 1.0 - TOP, 0.0));
+    let settings = Settings { march: March::Relief, ..mapped(Shell::Off, Stage::Auto, 512, 1) };
+    assert!(floor_is_right(&Rig::new(), &scene, 1.0, &settings, 4.0 * 4.5 / 512.0) > 150);
+}
+
+/// Nothing is made for shadows that nothing casts.
+#[test]
+fn a_plain_sheet_alone_has_no_shadow_map() {
+    let rig = Rig::new();
+    let mut scene = sheet_over_floor(sun());
+    let camera = scene.camera.unwrap();
+    let settings = mapped(Shell::Walk, Stage::Mesh, 512, 1);
+    let names = |rig: &Rig| rig.allocations().into_iter().filter(|name| name.contains("shadow")).count();
+    let mut easel = rig.easel(&scene, &settings, EXTENT);
+    easel.draw(&camera);
+    assert!(names(&rig) > 1, "the sheet casts on the floor");
+    let blockers = easel.plan().shadow_maps.as_ref().map_or(0, |maps| maps.draws.len());
+    assert_eq!(blockers, 3, "lids, borders, floor");
+    drop(easel);
+    scene.instances.truncate(1);
+    let mut easel = rig.easel(&scene, &settings, EXTENT);
+    let drawn = easel.draw(&camera);
+    assert!(drawn.shadow.iter().all(|s| *s == 1.0));
+    assert!(easel.plan().shadow_maps.is_none() && easel.plan().draws.iter().all(|d| d.variant.pass == Pass::Shade));
+    assert!(easel.plan().notices.iter().any(|n| n.contains("no shadow map")), "{:?}", easel.plan().notices);
+    assert_eq!(names(&rig), 0);
+}
+
+/// A frame's shadows beside the reference's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Compared {
+    /// Pixels that both see.
+    seen: usize,
+    /// Where more than half of the light is wrong.
+    wrong: usize,
+    /// Of them the lit ones that neither an edge of a shadow nor a touching blocker excuses, and the dark ones that no edge
+    /// does.
+    leaks: usize,
+    acne: usize,
+}
+
+/// What the reference says around a pixel.
+struct Truth<'a> {
+    reference: &'a Reference,
+    camera: Camera,
+    light: Light,
+    aov: Aov,
+}
+
+impl Truth<'_> {
+    /// Whether light and shadow meet within `reach` of a pixel's hit, across the light, as far as the picture and the
+    /// places between its pixels show.
+    fn edge_near(&self, pixel: usize, reach: f64) -> bool {
+        let at = |i: usize| Vec3::from_array(self.aov.position[i]).as_dvec3();
+        let lit = self.aov.shadow[pixel] > 0.5;
+        let near = |p: DVec3| (p - at(pixel)).reject_from_normalized(self.light.direction).length() <= reach;
+        if (0..self.aov.depth.len())
+            .any(|i| self.aov.depth[i].is_finite() && (self.aov.shadow[i] > 0.5) != lit && near(at(i)))
+        {
+            return true;
+        }
+        let Projection::Perspective { fov_y, .. } = self.camera.projection else { panic!("a perspective") };
+        let half = (0.5 * fov_y).tan();
+        let (x, y) = (pixel % EXTENT[0] as usize, pixel / EXTENT[0] as usize);
+        // Windows of two pixels around, and of three reaches around.
+        let footprint = 2.0 * half * f64::from(self.aov.depth[pixel]) / f64::from(EXTENT[1]);
+        let windows = [2.0, 3.0 * reach / footprint];
+        (0..2 * 33 * 33).any(|i| {
+            let [dx, dy] = [i % 33, i / 33 % 33].map(|n| (f64::from(n) / 16.0 - 1.0) * windows[i as usize / (33 * 33)]);
+            let across = (2.0 * (x as f64 + 0.5 + dx) - f64::from(EXTENT[0])) / f64::from(EXTENT[1]);
+            let up = 1.0 - 2.0 * (y as f64 + 0.5 + dy) / f64::from(EXTENT[1]);
+            let direction = self.camera.transform.transform_vector3(DVec3::new(half * across, half * up, -1.0));
+            let hit = self.reference.trace(self.camera.transform.translation, direction, 0.0);
+            hit.is_some_and(|hit| self.reference.lit(&hit, &self.light) != lit && near(hit.position))
+        })
+    }
+
+    /// Whether what blocks the light stands so close that a map cannot tell it from the receiver: within the depth that
+    /// the receiver itself runs through over `reach`.
+    fn blocker_touches(&self, pixel: usize, reach: f64) -> bool {
+        let [position, normal] = [&self.aov.position, &self.aov.normal].map(|c| Vec3::from_array(c[pixel]).as_dvec3());
+        let toward = -self.light.direction;
+        let cosine = normal.normalize().dot(toward);
+        let run = reach * (1.0 - cosine * cosine).sqrt() / cosine;
+        cosine <= 0.0 || self.reference.blocked(position, toward, [1e-5, run])
+    }
+
+    fn compare(&self, drawn: &Aov, reach: f64) -> Compared {
+        let mut result = Compared::default();
+        let both = |i: usize| drawn.depth[i].is_finite() && self.aov.depth[i].is_finite();
+        for i in (0..drawn.depth.len()).filter(|i| both(*i)) {
+            let lit = self.aov.shadow[i] > 0.5;
+            result.seen += 1;
+            if (drawn.shadow[i] > 0.5) != lit {
+                result.wrong += 1;
+                let excused = self.edge_near(i, reach) || (!lit && self.blocker_touches(i, reach));
+                result.acne += usize::from(lit && !excused);
+                result.leaks += usize::from(!lit && !excused);
+            }
+        }
+        result
+    }
+}
+
+/// What one map of a directional light holds: half the diagonal of the box around all vertices, and its margin.
+fn radius(scene: &Scene) -> f64 {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for instance in &scene.instances {
+        for p in scene.meshes[instance.mesh].primitives.iter().flat_map(|primitive| &primitive.positions) {
+            let p = instance.transform.transform_point3(p.as_dvec3());
+            (low, high) = (low.min(p), high.max(p));
+        }
+    }
+    0.55 * (high - low).length()
+}
+
+/// The finer the map, the fewer pixels are wrong; those that are lie within two texels of a shadow's edge, or its blocker
+/// touches them; but for single dark pixels, under one in a thousand.
+#[test]
+fn errors_fall_with_the_texel() {
+    let rig = Rig::new();
+    let mut failed = Vec::new();
+    println!("scene, texels, texel in mesh units: pixels, wrong, leaks, acne");
+    for name in ["torus.gltf", "cube.gltf", "cloth.gltf"] {
+        let scene = rig::asset(name);
+        let (camera, light) = (scene.camera.unwrap(), scene.lights[0]);
+        let reference = Reference::new(&scene);
+        let aov = reference.render(&camera, EXTENT[0], EXTENT[1], Shadows::Trace);
+        let truth = Truth { reference: &reference, camera, light, aov };
+        let mut last = usize::MAX;
+        for size in [128, 512, 2048] {
+            let texel = 2.0 * radius(&scene) / f64::from(size);
+            let settings = mapped(Shell::Walk, Stage::Mesh, size, 1);
+            let c = truth.compare(&rig.easel(&scene, &settings, EXTENT).draw(&camera), 2.0 * texel);
+            let line = format!("{name} {size:5} {texel:.5}: {} {} {} {}", c.seen, c.wrong, c.leaks, c.acne);
+            println!("{line}");
+            if c.seen < 3000 || c.wrong > last - last / 4 || c.leaks > 0 || 1000 * c.acne > c.seen {
+                failed.push(line);
+            }
+            last = c.wrong;
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
