@@ -207,6 +207,8 @@ fn every_combination_that_can_be_honoured_is() {
         "--shell auto --stage auto",
         "--shell prism --march pom",
         "--shell walk --march relief",
+        "--self-shadow hard",
+        "--shell prism --march pom --self-shadow hard",
         "--march relief --min-steps 4 --max-steps 4",
         "--shell off --march exact",
         "--march relief --refine-steps 0",

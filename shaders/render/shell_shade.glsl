@@ -1,4 +1,4 @@
-// Shading a shell's hit: the surface's frame, the textures' footprints, all outputs.
+// Shading a shell's hit: the surface's frame, the textures' footprints, shadows, all outputs.
 #ifndef RENDER_SHELL_SHADE_GLSL
 #define RENDER_SHELL_SHADE_GLSL
 
@@ -11,6 +11,7 @@
 #else
 #include "shell/plain.glsl"
 #endif
+#include "render/shell_shadow.glsl"
 
 // The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
 layout(depth_less) out float gl_FragDepth;
@@ -23,9 +24,18 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
     return det > 0.0 ? vec2(g22 * d.x - g12 * d.y, g11 * d.y - g12 * d.x) / det : vec2(0.0);
 }
 
-// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the
-// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit.
-void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height) {
+// What is to be shaded, and where.
+struct Shaded {
+    Surface surface;
+    vec3 position; // mesh space
+    float side;    // +1 where it is seen from above
+    vec3 level;    // normal of the level, mesh space, unit, toward the viewer's side
+    vec2 uv;       // that of the AOV
+};
+
+// The surface in the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the level gains
+// from corner 0 to corners 1 and 2 by the height's gradient at the hit.
+Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -44,7 +54,8 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
         geometric = cross(edge, along);
         normal = geometric;
     }
-    geometric *= dot(geometric, eye) < 0.0 ? -1.0 : 1.0;
+    float side = dot(geometric, eye) < 0.0 ? -1.0 : 1.0;
+    geometric *= side;
     normal *= dot(normal, hit.wall >= 0 ? eye : geometric) < 0.0 ? -1.0 : 1.0;
     normal = normalize(normal);
 
@@ -90,12 +101,17 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
+    return Shaded(surface, position, side, side * normalize(level_normal), at[AOV_UV].uv);
+}
+
+void write_shaded(Shaded shaded, Visibility visibility, ShellHit hit, float height) {
     gl_FragDepth = buffer_depth(hit.depth);
-    write_outputs(surface, all_lights_visible(), at[AOV_UV].uv, hit.depth, height);
+    write_outputs(shaded.surface, visibility, shaded.uv, hit.depth, height);
 }
 
 #ifdef HAS_HEIGHT
-void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
+// Shades a hit in prism `id`.
+void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
 #ifdef MARCH_NONE
@@ -104,7 +120,22 @@ void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings 
     vec2 gradient = prism.plain ? vec2(0.0) : settings.scale * height_gradient(height_uv, 0.0);
 #endif
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
-    shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel);
+    Shaded shaded = shaded_at(object, v, ndc, hit, slope);
+    Visibility visibility = facing_lights(shaded.surface);
+#ifdef SELF_SHADOW
+    // A wall is seen from where its lower surface begins: from above that.
+    float side = hit.wall < 0 ? shaded.side : 1.0, rounding = level_rounding(id, shaded.position, hit.t, slope);
+    ShadowStart start = ShadowStart(shaded.position, id, hit.t, hit.wall, side, rounding);
+    int limit = 64 + 2 * int(draw.prism_count), limits = 0;
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        if (visibility.light[i] > 0.0) {
+            ShadowWay way = out_of_level(way_to_light(object, shaded.surface, i), shaded.level);
+            visibility.light[i] = shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
+        }
+    }
+    count_limits(limits);
+#endif
+    write_shaded(shaded, visibility, hit, hit.t / settings.scale + settings.midlevel);
 }
 #endif
 

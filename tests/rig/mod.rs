@@ -21,7 +21,7 @@ use prism_engine::{
         self, Output, Renderer,
         deform::{Pose, Vectors},
     },
-    scene::{self, Camera, Scene},
+    scene::{self, Camera, Light, Scene},
     settings::{Settings, Shell, Stage},
 };
 
@@ -118,6 +118,11 @@ impl Easel {
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
         self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// Draws with another light from now on, as the scene's only one.
+    pub fn set_light(&mut self, light: Light) {
+        self.renderer.set_light(0, light);
     }
 
     /// The shaders of every pipeline that draws a shell.

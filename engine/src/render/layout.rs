@@ -147,6 +147,13 @@ shared! {
         /// Height map coordinates across wall k, at its canonical first and second corner.
         neighbour_uv: [Vec4; 3],
     }
+    /// One box of the hierarchy over a primitive's prisms; bits of floats, as small numbers in floats may be flushed.
+    BoxNode {
+        /// Least corner; w: the box to go on with where a ray misses this one.
+        low: UVec4,
+        /// Greatest corner; w: the prism in it, or none where the boxes that follow divide it.
+        high: UVec4,
+    }
     /// One primitive's material.
     Material {
         /// Linear base colour factor.

@@ -72,8 +72,10 @@ pub struct Height {
     pub uv_bounds: bool,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
-    /// Second march toward the first light.
+    /// Rays toward the lights.
     pub self_shadow: bool,
+    /// They go on in a hierarchy of boxes once they leave the shell.
+    pub reenters: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
 }
@@ -180,6 +182,7 @@ impl Variant {
             flag("UV_BOUNDS", height.uv_bounds);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
+            flag("SHADOW_REENTRY", height.reenters);
             flag("COUNT_LIMITS", height.count_limits);
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));

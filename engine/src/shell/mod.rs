@@ -3,6 +3,7 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod hierarchy;
 pub mod prisms;
 pub mod reference;
 pub mod walk;
