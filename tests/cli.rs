@@ -108,15 +108,9 @@ fn options(help: &str) -> BTreeMap<String, String> {
 
 #[test]
 fn flags_of_later_versions_are_absent() {
-    for flags in [
-        "--march cone",
-        "--silhouette horizon",
-        "--self-shadow soft",
-        "--shadow-map on",
-        "--lod-fade 10",
-        "--dither on",
-        "--msaa 4",
-    ] {
+    for flags in
+        ["--march cone", "--silhouette horizon", "--self-shadow soft", "--lod-fade 10", "--dither on", "--msaa 4"]
+    {
         usage_error(render(flags), &[flag(flags)]);
     }
 }
@@ -208,6 +202,8 @@ fn every_combination_that_can_be_honoured_is() {
         "--shell auto --stage auto",
         "--shell prism --march pom",
         "--shell walk --march relief",
+        "--self-shadow hard",
+        "--shell prism --march pom --self-shadow hard",
         "--march relief --min-steps 4 --max-steps 4",
         "--shell off --march exact",
         "--march relief --refine-steps 0",

@@ -21,7 +21,6 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
         refuse_flags_without_shell(args, settings.march)?;
         settings.silhouette = args.silhouette.unwrap_or(base.silhouette);
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
-        settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     }
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);
     if !settings.shadow_map && (args.shadow_map_size.is_some() || args.cascades.is_some()) {
@@ -29,11 +28,12 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     }
     settings.shadow_map_size = args.shadow_map_size.unwrap_or(base.shadow_map_size);
     settings.cascades = args.cascades.unwrap_or(base.cascades);
+    settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     if args.refine_steps.is_some() && settings.march != March::Relief {
         return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
     }
     // The exact march needs none; its shadow rays on a base surface do.
-    let takes_steps = settings.march != March::Exact || settings.self_shadow == SelfShadow::Hard;
+    let takes_steps = settings.march != March::Exact || (!shelled && settings.self_shadow != SelfShadow::Off);
     if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
     }
@@ -71,11 +71,6 @@ fn refuse_base_surface_flags(args: &LookArgs) -> Result<()> {
     }
     if args.depth_offset == Some(false) {
         return usage("--depth-offset off: a shell always writes the hit's depth; add --shell off".into());
-    }
-    if let Some(shadow) = args.self_shadow.filter(|&shadow| shadow != SelfShadow::Off) {
-        return usage(format!(
-            "--self-shadow {shadow}: shadow rays inside a shell are not in this build yet; add --shell off"
-        ));
     }
     Ok(())
 }
@@ -157,7 +152,7 @@ mod tests {
             "--march none --shell auto",
             "--silhouette uv-bounds",
             "--depth-offset off",
-            "--self-shadow hard",
+            "--self-shadow hard --max-steps 32",
             "--shell off --stage mesh",
             "--shell off --stage geometry",
             "--shell off --refine-steps 4",
@@ -195,6 +190,8 @@ mod tests {
             "--ambient-occlusion on",
             "--shell off --march normal --ambient-occlusion on",
             "--shell off --march none --ambient-occlusion off",
+            "--self-shadow hard",
+            "--shell prism --march relief --self-shadow hard --max-steps 32",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

@@ -206,7 +206,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub ambient_occlusion: Option<bool>,
 
-    /// Shadows that the detail casts on itself, for --shell off [default: off]
+    /// Shadows that the detail casts on itself; in a shell exact across triangles [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
     pub self_shadow: Option<SelfShadow>,
 

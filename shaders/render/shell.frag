@@ -66,8 +66,8 @@ void main() {
     }
 
 #ifdef HAS_HEIGHT
-    shade_hit(object, v, ndc, prism, settings, hit);
+    shade_hit(object, in_prism, v, ndc, prism, settings, hit);
 #else
-    shade_surface(object, v, ndc, hit, vec2(0.0), material.displacement.y, false);
+    write_shaded(shaded_at(object, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
 #endif
 }

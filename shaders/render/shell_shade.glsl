@@ -1,13 +1,13 @@
-// Shading a shell's hit: the surface's frame, the textures' footprints, all outputs.
+// Shading a shell's hit: the surface's frame, the textures' footprints, shadows, all outputs.
 #ifndef RENDER_SHELL_SHADE_GLSL
 #define RENDER_SHELL_SHADE_GLSL
 
 #include "render/interface.glsl"
 #include "render/material.glsl"
 #ifndef DEPTH_ONLY
-#include "render/ambient_occlusion.glsl"
 #include "render/brdf.glsl"
 #include "render/output.glsl"
+#include "render/ambient_occlusion.glsl"
 #ifdef SHADOW_MAPS
 #include "render/shadow_map.glsl"
 #endif
@@ -16,6 +16,9 @@
 #include "shell/march.glsl"
 #else
 #include "shell/plain.glsl"
+#endif
+#ifndef DEPTH_ONLY
+#include "render/shell_shadow.glsl"
 #endif
 
 // The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
@@ -50,11 +53,22 @@ Relief shell_relief(Object object, Vertex v[3], ShellHit hit, vec2 slope, vec3 e
 }
 #endif
 
-// Writes the outputs of the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the
-// level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the
-// hit is on the height field. DEPTH_ONLY: the depth alone.
-void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, float height,
-                   bool displaced) {
+// What is to be shaded, and where.
+struct Shaded {
+    vec3 position; // mesh space
+#ifndef DEPTH_ONLY
+    Surface surface;
+    Visibility visibility;
+    float side; // +1 where it is seen from above
+    vec3 level; // normal of the level, mesh space, unit, toward the viewer's side
+    vec2 uv;    // that of the AOV
+#endif
+};
+
+// The surface in the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the level gains
+// from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the height field, or on
+// a wall. DEPTH_ONLY: nothing but what alphaMode MASK cuts out.
+Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -73,7 +87,8 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
         geometric = cross(edge, along);
         normal = geometric;
     }
-    geometric *= dot(geometric, eye) < 0.0 ? -1.0 : 1.0;
+    float side = dot(geometric, eye) < 0.0 ? -1.0 : 1.0;
+    geometric *= side;
     normal *= dot(normal, hit.wall >= 0 ? eye : geometric) < 0.0 ? -1.0 : 1.0;
     normal = normalize(normal);
 
@@ -104,6 +119,8 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
         discard;
     }
 #endif
+    Shaded shaded;
+    shaded.position = position;
 #ifndef DEPTH_ONLY
 #ifdef NORMAL_UV
     vec4 tangent = hit.lambda.x * v[0].tangent + hit.lambda.y * v[1].tangent + hit.lambda.z * v[2].tangent;
@@ -126,7 +143,8 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
     surface.occlusion *= ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
                                                         step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
 #endif
-    Visibility visibility = all_lights_visible();
+    shaded.surface = surface;
+    shaded.visibility = facing_lights(surface);
 #ifdef SHADOW_MAPS
     Relief relief = NO_RELIEF;
 #ifdef HAS_HEIGHT
@@ -134,15 +152,25 @@ void shade_surface(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slop
         relief = shell_relief(object, v, hit, slope, e1, e2, along);
     }
 #endif
-    visibility = mapped_visibility(visibility, surface, relief);
+    shaded.visibility = mapped_visibility(shaded.visibility, surface, relief);
 #endif
-    write_outputs(surface, visibility, at[AOV_UV].uv, hit.depth, height);
+    shaded.side = side;
+    shaded.level = side * normalize(level_normal);
+    shaded.uv = at[AOV_UV].uv;
 #endif
+    return shaded;
+}
+
+void write_shaded(Shaded shaded, ShellHit hit, float height) {
     gl_FragDepth = buffer_depth(hit.depth);
+#ifndef DEPTH_ONLY
+    write_outputs(shaded.surface, shaded.visibility, shaded.uv, hit.depth, height);
+#endif
 }
 
 #ifdef HAS_HEIGHT
-void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
+// Shades a hit in prism `id`.
+void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
 #ifdef MARCH_NONE
@@ -152,7 +180,21 @@ void shade_hit(Object object, Vertex v[3], vec2 ndc, Prism prism, MarchSettings 
 #endif
     vec2 gradient = displaced ? settings.scale * height_gradient(height_uv, 0.0) : vec2(0.0);
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
-    shade_surface(object, v, ndc, hit, slope, hit.t / settings.scale + settings.midlevel, displaced);
+    Shaded shaded = shaded_at(object, v, ndc, hit, slope, displaced);
+#ifdef SELF_SHADOW
+    // A wall is seen from where its lower surface begins: from above that.
+    float side = hit.wall < 0 ? shaded.side : 1.0, rounding = level_rounding(id, shaded.position, hit.t, slope);
+    ShadowStart start = ShadowStart(shaded.position, id, hit.t, hit.wall, side, rounding);
+    int limit = 64 + 2 * int(draw.prism_count), limits = 0;
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        if (shaded.visibility.light[i] > 0.0) {
+            ShadowWay way = out_of_level(way_to_light(object, shaded.surface, i), shaded.level);
+            shaded.visibility.light[i] *= shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
+        }
+    }
+    count_limits(limits);
+#endif
+    write_shaded(shaded, hit, hit.t / settings.scale + settings.midlevel);
 }
 #endif
 

@@ -30,7 +30,7 @@ layout(location = 1) in float in_level;
 void main() {
     Object object = objects.item[draw.object];
     vec2 ndc = pixel_ndc(gl_FragCoord.xy);
-    WalkRay ray = WalkRay(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
+    WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);
     WalkHit hit;
@@ -40,7 +40,8 @@ void main() {
     if (!start.found) {
         discard;
     }
-    hit = walk(ray, settings, at, start, limit);
+    WalkTrail trail = NO_TRAIL;
+    hit = walk(ray, settings, at, start, limit, trail);
 #else
     hit = border_hit(in_prism, ray, object, settings, limit);
 #endif
@@ -62,5 +63,6 @@ void main() {
     if (hit_depth < frame.lens.z || hit_depth > frame.lens.w) {
         discard;
     }
-    shade_hit(object, v, ndc, shaded, settings, ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits));
+    ShellHit shell_hit = ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits);
+    shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
 }

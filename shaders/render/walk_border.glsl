@@ -82,7 +82,8 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         start.front = stretch.front ? 1.0 : -1.0;
         start.on_wall = wall != AT_LEVEL;
         start.found = true;
-        WalkHit hit = walk(ray, settings, walk_stand(ray, id, start.on_wall ? wall : 2), start, limit);
+        WalkTrail trail = NO_TRAIL;
+        WalkHit hit = walk(ray, settings, walk_stand(ray, id, start.on_wall ? wall : 2), start, limit, trail);
         int limits = best.limits + hit.limits;
         if (hit.hit) {
             uvec3 at = walk_corners(hit.prism).xyz;

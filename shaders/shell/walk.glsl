@@ -21,12 +21,18 @@
 const int WALK_LOCATE_HOPS = 8;
 const int WALK_BACK_HOPS = 64;
 
-// A pixel's ray: the rows of mesh to clip x, y and w, and the pixel.
+// A pixel's ray: the rows of mesh to clip x, y and w, and the pixel. Any other: see shadow_ray of shell/shadow.glsl.
 struct WalkRay {
     vec4 x, y, w;
     vec2 ndc;
     float handedness;
+    bool shadow; // begins at `origin`, on the surface, and both sides of all that it crosses stop it
+    vec3 origin; // a shadow's, taken from the mesh's positions before anything else
 };
+
+WalkRay pixel_ray(vec4 x, vec4 y, vec4 w, vec2 ndc, float handedness) {
+    return WalkRay(x, y, w, ndc, handedness, false, vec3(0.0));
+}
 
 // A prism the ray is in, turned so that corner c faces the wall it came through: c is the prism's corner `entry`, and a
 // and b follow it. Each wall by the corners it joins, its quadratic with the prism's own sign.
@@ -52,6 +58,26 @@ struct WalkHit {
     int limits;  // loops that gave up
 };
 
+// Where a walk that hits nothing has been.
+struct WalkTrail {
+    uvec4 passed; // a bit for each of its prisms, by the last bits of their numbers
+    uint prism;   // the last one, and where the ray leaves its levels
+    float t;
+    vec3 lambda;
+};
+
+const WalkTrail NO_TRAIL = WalkTrail(uvec4(0u), 0u, 0.0, vec3(0.0));
+
+// Takes a prism down as passed.
+void walk_pass(uint prism, inout WalkTrail trail) {
+    trail.passed[(prism >> 5) & 3u] |= 1u << (prism & 31u);
+}
+
+// False where the walk has not been in the prism; true where it has, and in about one of 128 / prisms passed others.
+bool walk_passed(uint prism, WalkTrail trail) {
+    return (trail.passed[(prism >> 5) & 3u] >> (prism & 31u) & 1u) != 0u;
+}
+
 // A wall's or corner's own number, from the turned one (a, b, c = 0, 1, 2).
 int walk_number(int entry, int turned) {
     int number = entry + turned + 1;
@@ -68,6 +94,7 @@ vec3 walk_unturned(vec3 lambda, int entry) {
 
 void walk_across(WalkRay ray, uint vertex, out vec2 p, out vec2 q) {
     vec3 at = walk_position(vertex), shell = walk_shell(vertex);
+    at = ray.shadow ? at - ray.origin : at;
     precise vec3 place = vec3(dot(ray.x.xyz, at) + ray.x.w, dot(ray.y.xyz, at) + ray.y.w, dot(ray.w.xyz, at) + ray.w.w);
     precise vec3 direction = vec3(dot(ray.x.xyz, shell), dot(ray.y.xyz, shell), dot(ray.w.xyz, shell));
     p = across_ray(place, ray.ndc);
@@ -282,8 +309,18 @@ bool walk_outside(Standing at, MarchSettings settings, uint bits, float t, bool 
     return kind == WALL_PLAIN ? t >= 0.0 : kind == WALL_CLOSED || above;
 }
 
-// The first hit from `start` on. `limit`: prisms after which it gives up.
-WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, int limit) {
+// Leaves the shell from the prism `at` through `turned`, or through an end of its levels.
+void walk_leave(Standing at, int turned, float t, float leave, inout WalkTrail trail) {
+    vec4 range = walk_range(at.prism);
+    bool climbs = leave > t;
+    float end = climbs ? max(t, min(leave, range.w)) : min(t, max(leave, range.z));
+    trail.prism = at.prism;
+    trail.t = end;
+    trail.lambda = walk_unturned(walk_lambda(at, end == leave ? turned : EXIT_NONE, end), at.entry);
+}
+
+// The first hit from `start` on. `limit`: prisms after which it gives up. `trail` begins as NO_TRAIL.
+WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, int limit, inout WalkTrail trail) {
     WalkHit none = WalkHit(false, 0u, 0.0, vec3(0.0), -1, 0);
     float t = start.t, front = start.front;
     int came = start.on_wall ? EXIT_AB : EXIT_NONE;
@@ -291,6 +328,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
     for (; limit > 0; --limit) {
         float travel = front * ray.handedness;
         vec4 range = walk_range(at.prism);
+        walk_pass(at.prism, trail);
 
         float leave = travel * 1e30;
         int turned = EXIT_NONE;
@@ -325,9 +363,9 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
                 bool was = above;
                 above = t >= here;
                 if (fresh && came == EXIT_AB) {
-                    was = walk_outside(at, settings, data.w, t, above);
+                    was = ray.shadow ? above : walk_outside(at, settings, data.w, t, above);
                 }
-                if (kind != WALL_SAME && was != above && (was || wall_behind(data.w, at.entry))) {
+                if (kind != WALL_SAME && was != above && (was || ray.shadow || wall_behind(data.w, at.entry))) {
                     return WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, 0);
                 }
             }
@@ -362,17 +400,17 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             // out. What the ray meets then it enters anew, through a lid or base.
             above = travel > 0.0;
             if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                float margin = walk_margin(at.prism);
+                float margin = ray.shadow ? 0.0 : walk_margin(at.prism);
                 if (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin) {
+                    walk_leave(at, turned, t, leave, trail);
                     return none;
                 }
             }
         }
-        if (turned == EXIT_NONE) {
-            return none;
-        }
-        uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
+        uint neighbour = turned == EXIT_NONE ? NO_NEIGHBOUR
+                                             : walk_neighbour(at.prism, walk_number(at.entry, turned));
         if (neighbour == NO_NEIGHBOUR) {
+            walk_leave(at, turned, t, leave, trail);
             return none;
         }
         walk_over(ray, neighbour, turned, at);

@@ -22,7 +22,7 @@ use prism_engine::{
         deform::{Pose, Vectors},
         plan::Plan,
     },
-    scene::{self, Camera, Scene},
+    scene::{self, Camera, Light, Scene},
     settings::{Settings, Shell, Stage},
 };
 
@@ -129,6 +129,11 @@ impl Easel {
     /// The plan in force.
     pub fn plan(&self) -> &Plan {
         self.renderer.plan()
+    }
+
+    /// Draws with another light from now on, as the scene's only one.
+    pub fn set_light(&mut self, light: Light) {
+        self.renderer.set_light(0, light);
     }
 
     /// The shaders of every pipeline that draws a shell.

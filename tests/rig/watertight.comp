@@ -344,7 +344,7 @@ void main() {
     walk_origin = view.origin;
     walk_pixel = 1e-3 * size;
     float handedness = dot(cross(view.x.xyz, view.y.xyz), view.w.xyz) < 0.0 ? -1.0 : 1.0;
-    WalkRay walked = WalkRay(view.x, view.y, view.w, view.ndc, handedness);
+    WalkRay walked = pixel_ray(view.x, view.y, view.w, view.ndc, handedness);
     for (int i = 0; i < count; ++i) {
         // A lid that the raster might show here, to within its grid: near a wall, now and then, the neighbour's.
         Standing at = walk_stand(walked, found[i], 2);
@@ -365,7 +365,8 @@ void main() {
         if (!start.found) {
             continue;
         }
-        WalkHit hit = walk(walked, settings, at, start, 64 + 2 * int(prism_count));
+        WalkTrail trail = NO_TRAIL;
+        WalkHit hit = walk(walked, settings, at, start, 64 + 2 * int(prism_count), trail);
         if (hit.limits > 0) {
             atomicAdd(results.limits, 1u);
         }

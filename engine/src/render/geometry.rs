@@ -1,13 +1,14 @@
 //! A primitive as the shaders read it: vertices, prisms, indices, material.
 
-use glam::{DAffine2, DVec2, DVec3, UVec4, Vec2, Vec4};
+use glam::{DAffine2, DVec2, DVec3, UVec3, UVec4, Vec2, Vec4};
 
-use super::layout::{Material as GpuMaterial, PrismData, Vertex};
+use super::layout::{BoxNode, Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
 use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::Settings;
 use crate::shell::{
+    hierarchy,
     prisms::{self, MAX_OTHERS},
     walk::WalkGeometry,
 };
@@ -28,6 +29,8 @@ pub struct PrimitiveData {
     pub prisms: Vec<PrismData>,
     /// What the walk needs besides.
     pub walk: Option<WalkData>,
+    /// Boxes over the prisms, for shadow rays; empty where there are none.
+    pub hierarchy: Vec<BoxNode>,
     /// Half extents of a box around `center` that holds the primitive with all levels of its shell.
     pub extent: DVec3,
     /// Material.
@@ -115,6 +118,7 @@ impl PrimitiveData {
             indices,
             prisms: (0..planned.shell.prisms.len()).map(|p| gpu_prism(planned, p)).collect(),
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
+            hierarchy: if planned.hierarchy { boxes(primitive, planned, center) } else { Vec::new() },
             extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
             material: data,
         }
@@ -149,6 +153,29 @@ fn extent(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, (low
     corners.fold(DVec3::ZERO, |extent, (position, normal)| {
         extent.max((position.as_dvec3() - center).abs() + reach * normal.as_dvec3().abs())
     })
+}
+
+/// Rounding of positions in f32 that the boxes allow for, relative to their size.
+const BOX_ROOM: f64 = 1e-6;
+
+/// Boxes over the prisms, relative to `center`. A prism lies in the hull of its corners, however its walls bulge.
+fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Vec<BoxNode> {
+    let bounds = |prism: &prisms::Prism| {
+        let corners = prism.corners.map(|v| {
+            let (at, lift) = (primitive.positions[v as usize].as_dvec3(), planned.shell_normals[v as usize].as_dvec3());
+            prism.range.map(|t| at - center + t * lift)
+        });
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let [low, high] = corners.as_flattened().iter().fold(empty, |[low, high], p| [low.min(*p), high.max(*p)]);
+        let room = BOX_ROOM * low.abs().max(high.abs()).max_element();
+        [low - room, high + room]
+    };
+    let bits = |at: DVec3| UVec3::from(at.as_vec3().to_array().map(f32::to_bits));
+    let node = |node: hierarchy::Node| BoxNode {
+        low: bits(node.bounds[0]).extend(node.next),
+        high: bits(node.bounds[1]).extend(node.prism),
+    };
+    hierarchy::build(&planned.shell.prisms.iter().map(bounds).collect::<Vec<_>>()).into_iter().map(node).collect()
 }
 
 /// The bits are those of `shaders/shell/prism_bits.glsl`.

@@ -165,6 +165,13 @@ shared! {
         /// Height map coordinates across wall k, at its canonical first and second corner.
         neighbour_uv: [Vec4; 3],
     }
+    /// One box of the hierarchy over a primitive's prisms; bits of floats, as small numbers in floats may be flushed.
+    BoxNode {
+        /// Least corner; w: the box to go on with where a ray misses this one.
+        low: UVec4,
+        /// Greatest corner; w: the prism in it, or none where the boxes that follow divide it.
+        high: UVec4,
+    }
     /// One primitive's material.
     Material {
         /// Linear base colour factor.
@@ -285,13 +292,16 @@ mod tests {
         let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
+        let mut shadowed = shell.clone();
+        shadowed.extend(defines(&["SELF_SHADOW", "SHADOW_REENTRY"]));
+        shadowed.push(("SHADOWED_LIGHTS", "1".into()));
         let mut surface = shell.clone();
         surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW", "SHADOW_MAPS"]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
         let none = Vec::new();
         let mut seen = BTreeSet::new();
         for (path, stage, defines, push) in [
-            ("render/shell.frag", ShaderStage::Fragment, &shell, Draw::MEMBERS),
+            ("render/shell.frag", ShaderStage::Fragment, &shadowed, Draw::MEMBERS),
             ("render/surface.frag", ShaderStage::Fragment, &surface, Draw::MEMBERS),
             ("render/shell.mesh", ShaderStage::Mesh, &shell, Draw::MEMBERS),
             ("render/deform_write_vertices.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
@@ -311,6 +321,7 @@ mod tests {
                     "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
                     "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
                     "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
+                    "shadow_hierarchy" => ("item[].", BoxNode::MEMBERS, Some(size_of::<BoxNode>())),
                     "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
                     _ => continue,
                 };
@@ -332,6 +343,7 @@ mod tests {
             "objects",
             "posed",
             "prisms",
+            "shadow_hierarchy",
             "shadow_views",
             "triangles",
             "vertices",

@@ -216,6 +216,11 @@ impl Renderer {
         self.transforms[instance] = transform;
     }
 
+    /// Replaces a light, for the frames recorded from now on.
+    pub fn set_light(&mut self, index: usize, light: Light) {
+        self.lights[index] = light;
+    }
+
     /// Gives a mesh whose [`crate::scene::Mesh::deforms`] is set a new shape, for this and all later frames: records
     /// the passes that compute what depends on it. `slot` is that of the frame, which is recorded next.
     ///

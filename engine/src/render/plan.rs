@@ -39,8 +39,10 @@ pub struct PlannedPrimitive {
     pub primitive: usize,
     /// Prisms, plain triangles among them; empty where nothing displaced is connected to it, or without a shell.
     pub shell: ShellGeometry,
-    /// Adjacency and bounds, where the shell is walked.
+    /// Adjacency and bounds, where the shell is walked, by pixels' rays or by shadow rays.
     pub walk: Option<WalkGeometry>,
+    /// Whether shadow rays that leave the shell go on in a hierarchy of boxes over its prisms.
+    pub hierarchy: bool,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
     /// Its pose may change: what depends on that is the GPU's, and here all that can be displaced is.
@@ -145,17 +147,26 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         }
         factors = folds.factors;
     }
+    if deforms && settings.self_shadow != SelfShadow::Off && shells.iter().any(ShellGeometry::is_displaced) {
+        plan.notices.push(format!(
+            "mesh '{}' deforms: self-shadow rays end where they leave its shell and do not enter it again",
+            mesh.name
+        ));
+    }
     for (p, geometry) in shells.into_iter().enumerate() {
         let primitive = &mesh.primitives[p];
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
-        let walks = shell == Shell::Walk && geometry.is_displaced();
+        let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && geometry.is_displaced();
+        let walks = (shell == Shell::Walk && geometry.is_displaced()) || (shell == Shell::Prism && shadows);
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
             primitive: p,
             shell: geometry,
             walk,
+            // The boxes hold no pose but the file's.
+            hierarchy: shelled && shadows && !deforms,
             shell_normals,
             deforms,
         });
@@ -209,9 +220,15 @@ fn plan_draws(
         for (slot, other) in other_procedures.iter_mut().zip(&geometry.shell.others) {
             *slot = other.source.procedure();
         }
-        let height = shown.map(|d| Height { others, other_procedures, ..height(&d, settings, true) });
+        let height = shown.map(|d| Height { others, other_procedures, ..height(&d, settings, true) }).map(|h| Height {
+            self_shadow: h.self_shadow && plain.lights,
+            reenters: geometry.hierarchy,
+            ..h
+        });
+        let shadows = settings.self_shadow != SelfShadow::Off;
+        let plain = Variant { shadowed_lights: if shadows { shadowed_lights(scene) } else { 0 }, ..plain };
         let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
-        if geometry.walk.is_some() {
+        if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
             let deforms = geometry.deforms && stage == Stage::Mesh;
             push(Variant { geometry: Geometry::Lids(stage), height, double_sided: false, deforms, ..plain }, 0..prisms);
@@ -270,17 +287,19 @@ fn casts(scene: &Scene, plan: &Plan) -> bool {
 }
 
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
-    let traces = !shell && settings.march.traces();
+    let traces = settings.march.traces();
+    let parallax = !shell && traces;
     Height {
         procedure: displacement.source.procedure(),
         wrap: displacement.wrap,
         others: 0,
         other_procedures: [None; MAX_OTHERS],
         march: settings.march,
-        uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
-        depth_offset: traces && settings.depth_offset,
+        uv_bounds: parallax && settings.silhouette == Silhouette::UvBounds,
+        depth_offset: parallax && settings.depth_offset,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
         ambient_occlusion: settings.ambient_occlusion,
+        reenters: false,
         // Linear searches end by themselves.
         count_limits: settings.count_limits && settings.march == March::Exact,
     }

@@ -244,6 +244,8 @@ pub struct Primitive {
     pub rest: Option<Rest>,
     pub vertices: Buffer,
     pub prisms: Option<Buffer>,
+    /// Boxes over them, where shadow rays want these.
+    hierarchy: Option<Buffer>,
     material: Buffer,
     /// What the walk needs besides.
     pub walk: Option<Walk>,
@@ -351,6 +353,9 @@ pub fn upload(
             let prisms = (!data.prisms.is_empty())
                 .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
                 .transpose()?;
+            let hierarchy = (!data.hierarchy.is_empty())
+                .then(|| uploader.buffer(&format!("{name} hierarchy"), U::STORAGE_BUFFER, &data.hierarchy))
+                .transpose()?;
             let rest = planned.deforms.then(|| Rest::new(&mut uploader, &name, &data)).transpose()?;
             let walk = data.walk.as_ref().map(|walk| Walk::new(&mut uploader, &name, walk)).transpose()?;
             Ok(Primitive {
@@ -362,6 +367,7 @@ pub fn upload(
                 micro_mesh,
                 vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
                 prisms,
+                hierarchy,
                 material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,
             })
         })
@@ -385,6 +391,7 @@ impl Primitive {
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        bindings.extend(self.hierarchy.as_ref().map(|boxes| ("shadow_hierarchy", Binding::Buffer(boxes))));
         if let Some(walk) = &self.walk {
             bindings.extend(walk.buffers.iter().map(|(name, buffer)| (*name, Binding::Buffer(buffer))));
         }

@@ -81,10 +81,12 @@ pub struct Height {
     pub uv_bounds: bool,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
-    /// Second march toward the first light.
+    /// Rays toward the lights.
     pub self_shadow: bool,
     /// Ambient light dimmed by what the field hides of the sky.
     pub ambient_occlusion: bool,
+    /// They go on in a hierarchy of boxes once they leave the shell.
+    pub reenters: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
 }
@@ -159,10 +161,12 @@ impl Variant {
             double_sided: self.geometry == Geometry::Surface,
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
             // A base surface stands where its depth says.
-            height: self
-                .height
-                .filter(|h| self.geometry != Geometry::Surface || h.depth_offset)
-                .map(|h| Height { self_shadow: false, ambient_occlusion: false, ..h }),
+            height: self.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset).map(|h| Height {
+                self_shadow: false,
+                reenters: false,
+                ambient_occlusion: false,
+                ..h
+            }),
             lights: false,
             shadowed_lights: 0,
             shadow_maps: false,
@@ -229,6 +233,7 @@ impl Variant {
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
+            flag("SHADOW_REENTRY", height.reenters);
             flag("COUNT_LIMITS", height.count_limits);
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));

@@ -10,8 +10,8 @@ pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
         next.march = March::Exact;
     }
     if shelled {
-        // What a shell has by nature, or cannot do yet: the same words as a command line's defaults.
-        (next.silhouette, next.depth_offset, next.self_shadow) = (Silhouette::None, true, SelfShadow::Off);
+        // What a shell has by nature: the same words as a command line's defaults.
+        (next.silhouette, next.depth_offset) = (Silhouette::None, true);
     }
     next
 }

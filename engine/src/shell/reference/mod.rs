@@ -105,14 +105,33 @@ impl Reference {
     /// Whether anything lies between two distances along a ray; both sides of every surface block.
     pub fn blocked(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
         let accept = Accept { range, both_sides: true };
-        self.instances.iter().any(|placed| self.nearest(placed, origin, direction, accept, true).is_some())
+        let by_all = |_: &Surface, _| true;
+        self.instances.iter().any(|placed| self.nearest(placed, origin, direction, accept, true, by_all).is_some())
+    }
+
+    /// Whether the displaced surface of a hit's own primitive and instance, its walls included, lies on the way from it.
+    fn blocked_by_own(&self, hit: &Hit, direction: DVec3, range: [f64; 2]) -> bool {
+        let accept = Accept { range, both_sides: true };
+        let of_own = |surface: &Surface, item: usize| {
+            let own = |facet: usize| surface.facets[facet].id[0] == hit.primitive;
+            match item.checked_sub(surface.facets.len()) {
+                None => own(item),
+                Some(wall) => {
+                    let wall = &surface.walls[wall];
+                    own(wall.inner.facet) || wall.outer.neighbour().is_some_and(|side| own(side.facet))
+                }
+            }
+        };
+        let own = self.instances.iter().filter(|placed| placed.index == hit.instance);
+        own.filter(|placed| self.surfaces[placed.mesh].displaces(hit.primitive))
+            .any(|placed| self.nearest(placed, hit.position, direction, accept, true, of_own).is_some())
     }
 
     fn first(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<Hit> {
         let mut accept = Accept { range, both_sides: false };
         let mut best = None;
         for placed in &self.instances {
-            if let Some(found) = self.nearest(placed, origin, direction, accept, false) {
+            if let Some(found) = self.nearest(placed, origin, direction, accept, false, |_, _| true) {
                 accept.range[1] = found.distance;
                 best = Some((placed, found));
             }
@@ -120,13 +139,24 @@ impl Reference {
         best.map(|(placed, found)| self.hit(placed, &found, direction))
     }
 
-    /// The nearest crossing in one instance, or, if `any`, some crossing.
-    fn nearest(&self, placed: &Placed, origin: DVec3, direction: DVec3, accept: Accept, any: bool) -> Option<Found> {
+    /// The nearest crossing in one instance with the items that `counts` takes, or, if `any`, some crossing.
+    fn nearest(
+        &self,
+        placed: &Placed,
+        origin: DVec3,
+        direction: DVec3,
+        accept: Accept,
+        any: bool,
+        counts: impl Fn(&Surface, usize) -> bool,
+    ) -> Option<Found> {
         // The translation goes first, so that nothing is lost far away from the world's origin.
         let ray = Ray::new(placed.inverse * (origin - placed.transform.translation), placed.inverse * direction);
         let surface = &self.surfaces[placed.mesh];
         let mut best: Option<Found> = None;
         surface.bvh.traverse(ray.origin, ray.direction, accept.range, |item, far| {
+            if !counts(surface, item) {
+                return far;
+            }
             let accept = Accept { range: [accept.range[0], far], ..accept };
             let found = match item.checked_sub(surface.facets.len()) {
                 None => prism::hit(&ray, &surface.facets, item, &self.fields, accept),

@@ -17,6 +17,8 @@ const LIFT_OFF: f64 = 1e-7;
 pub enum Shadows {
     /// Fill the shadow channel.
     Trace,
+    /// The same, with the shaded primitive alone to cast them, and only where it is displaced: self-shadow.
+    TraceOwn,
     /// Leave it lit.
     Skip,
 }
@@ -61,11 +63,14 @@ impl Reference {
     /// hits nearer than the near plane or farther than a finite far plane do not count.
     pub fn render(&self, camera: &Camera, width: u32, height: u32, shadows: Shadows) -> Aov {
         let lens = Lens { camera: *camera, size: [f64::from(width), f64::from(height)] };
-        let light = self.lights.first().filter(|_| shadows == Shadows::Trace);
+        let light = self.lights.first().filter(|_| shadows != Shadows::Skip);
         let pixel = |i: usize| {
             let (origin, direction) = lens.ray(i % width as usize, i / width as usize);
             let hit = self.first(origin, direction, lens.depths())?;
-            let lit = light.is_none_or(|light| self.lit(&hit, light));
+            let lit = light.is_none_or(|light| match shadows {
+                Shadows::TraceOwn => self.lit_by(&hit, light, |way, range| self.blocked_by_own(&hit, way, range)),
+                _ => self.lit(&hit, light),
+            });
             Some((hit, lit))
         };
         let mut aov = Aov::missed(width, height);
@@ -84,6 +89,11 @@ impl Reference {
     /// Whether the light is seen from a hit: it lies on the hit's visible side, and nothing blocks the way. A light's
     /// cone and range dim it but cast no shadow.
     pub fn lit(&self, hit: &Hit, light: &Light) -> bool {
+        self.lit_by(hit, light, |way, range| self.blocked(hit.position, way, range))
+    }
+
+    /// [`Reference::lit`] with what is in the way as `blocked` says.
+    fn lit_by(&self, hit: &Hit, light: &Light, blocked: impl Fn(DVec3, [f64; 2]) -> bool) -> bool {
         let (direction, distance) = match light.kind {
             LightKind::Directional => (-light.direction, f64::INFINITY),
             LightKind::Point | LightKind::Spot { .. } => {
@@ -91,6 +101,6 @@ impl Reference {
                 (way.normalize_or_zero(), way.length())
             }
         };
-        hit.normal.dot(direction) > 0.0 && !self.blocked(hit.position, direction, [LIFT_OFF * hit.size, distance])
+        hit.normal.dot(direction) > 0.0 && !blocked(direction, [LIFT_OFF * hit.size, distance])
     }
 }

@@ -122,6 +122,11 @@ impl Facet {
 }
 
 impl Surface {
+    /// Whether any triangle of a primitive is displaced.
+    pub(super) fn displaces(&self, primitive: usize) -> bool {
+        self.facets.iter().any(|facet| facet.id[0] == primitive && facet.relief.is_some())
+    }
+
     /// Welds, folds and closes `mesh`.
     pub(super) fn new(scene: &Scene, mesh: &Mesh, fields: &[HeightField]) -> Self {
         let weld = Weld::new(mesh);

@@ -1,0 +1,53 @@
+// Self-shadow of a shell's hit: what it sees of each light.
+#ifndef RENDER_SHELL_SHADOW_GLSL
+#define RENDER_SHELL_SHADOW_GLSL
+
+#include "render/brdf.glsl"
+#ifdef SELF_SHADOW
+#include "render/walk_access.glsl"
+#ifdef SHADOW_REENTRY
+layout(std430, set = 1, binding = 16) readonly buffer ShadowBoxBlock { BoxNode item[]; } shadow_hierarchy;
+#endif
+#include "shell/walk.glsl"
+#include "shell/shadow.glsl"
+
+#ifdef SHADOW_REENTRY
+ShadowBox shadow_box(uint index) {
+    BoxNode node = shadow_hierarchy.item[index];
+    return ShadowBox(uintBitsToFloat(node.low.xyz), uintBitsToFloat(node.high.xyz), node.low.w, node.high.w);
+}
+
+// Of n prisms and what divides them.
+uint shadow_boxes() {
+    return 2u * draw.prism_count - 1u;
+}
+#endif
+#endif
+
+// What looks away from a light does not see it.
+Visibility facing_lights(Surface surface) {
+    Visibility visibility = all_lights_visible();
+#ifdef SHADOWED_LIGHTS
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        vec3 toward;
+        light_arriving(lights.item[i], surface.position, toward);
+        visibility.light[i] = dot(surface.geometric, toward) > 0.0 ? 1.0 : 0.0;
+    }
+#endif
+    return visibility;
+}
+
+#ifdef SELF_SHADOW
+// The way from a point of the surface to light `i`.
+ShadowWay way_to_light(Object object, Surface surface, int i) {
+    Light light = lights.item[i];
+    bool finite = light.intensity.w > 0.0;
+    vec3 way = finite ? light.position.xyz - surface.position : -light.direction.xyz;
+    // The rows of the inverse transpose are the columns of world to mesh.
+    way = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * way;
+    float size = length(way);
+    return ShadowWay(way / size, finite ? size : 1e30);
+}
+#endif
+
+#endif
