@@ -35,10 +35,19 @@ pub enum March {
     None,
     /// The base surface, shaded with the normal of the height map.
     Normal,
+    /// The base surface, its textures shifted by its own height: parallax mapping with offset limiting (Kaneko et al.
+    /// 2001, Welsh 2004).
+    Offset,
+    /// Linear search; its first sample below the field is the hit (McGuire and McGuire 2005).
+    Steep,
     /// Linear search, then one linear interpolation of the last two samples (Tatarchuk 2006).
     Pom,
     /// Linear search, then bisection (Policarpo, Oliveira and Comba 2005).
     Relief,
+    /// Linear search, then false position (Risser, Shah and Pattanaik 2006).
+    Secant,
+    /// Linear search, then a finer one between its last two samples (Riccardi's contact refinement).
+    Contact,
     /// The first hit to f32 rounding, through a min-max pyramid (DESIGN section 4).
     Exact,
 }
@@ -46,7 +55,27 @@ pub enum March {
 impl March {
     /// Whether the march follows a ray at all; a shell needs one that does.
     pub fn traces(self) -> bool {
-        matches!(self, March::Pom | March::Relief | March::Exact)
+        !matches!(self, March::None | March::Normal | March::Offset)
+    }
+
+    /// Whether the textures are read elsewhere than at the base surface's own coordinates.
+    pub fn moves(self) -> bool {
+        self.traces() || self == March::Offset
+    }
+
+    /// Whether it begins with a linear search.
+    pub fn steps(self) -> bool {
+        self.traces() && self != March::Exact
+    }
+
+    /// Whether [`Settings::refine_steps`] means anything to it.
+    pub fn refines(self) -> bool {
+        matches!(self, March::Relief | March::Secant | March::Contact)
+    }
+
+    /// The refinements that it takes unless told otherwise.
+    pub fn usual_refine_steps(self) -> u32 {
+        if self == March::Secant { 5 } else { 8 }
     }
 }
 
@@ -123,8 +152,11 @@ pub struct Settings {
     pub min_steps: u32,
     /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell).
     pub max_steps: u32,
-    /// Bisections after the linear search of [`March::Relief`].
+    /// Steps after the linear search: bisections of [`March::Relief`], most steps of [`March::Secant`], fine linear steps
+    /// of [`March::Contact`].
     pub refine_steps: u32,
+    /// Distance of ray and field at which [`March::Secant`] is content, as a share of the height's range.
+    pub tolerance: f32,
     /// Steps after which [`March::Exact`] gives up in one prism, per height map cell on its way (and 16 cells more).
     pub step_limit: u32,
     /// Clipping of base surfaces.
@@ -148,6 +180,7 @@ impl Default for Settings {
             min_steps: 8,
             max_steps: 64,
             refine_steps: 8,
+            tolerance: 0.01,
             step_limit: 16,
             silhouette: Silhouette::None,
             depth_offset: true,
@@ -191,7 +224,17 @@ macro_rules! names {
 
 names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
 names!(Shell { Auto = "auto", Off = "off", Prism = "prism", Walk = "walk" });
-names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief", Exact = "exact" });
+names!(March {
+    None = "none",
+    Normal = "normal",
+    Offset = "offset",
+    Steep = "steep",
+    Pom = "pom",
+    Relief = "relief",
+    Secant = "secant",
+    Contact = "contact",
+    Exact = "exact",
+});
 names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

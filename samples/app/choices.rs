@@ -23,8 +23,14 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
         settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     }
-    if args.refine_steps.is_some() && settings.march != March::Relief {
-        return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
+    if args.refine_steps.is_some() && !settings.march.refines() {
+        return usage(format!(
+            "--refine-steps: march {} does not refine; use --march relief, secant or contact",
+            settings.march
+        ));
+    }
+    if args.tolerance.is_some() && settings.march != March::Secant {
+        return usage(format!("--tolerance: march {} has none; use --march secant", settings.march));
     }
     // The exact march needs none; its shadow rays on a base surface do.
     let takes_steps = settings.march != March::Exact || settings.self_shadow == SelfShadow::Hard;
@@ -32,7 +38,10 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
     }
     settings.stage = args.stage.unwrap_or(base.stage);
-    settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
+    let same = settings.march == base.march;
+    let usual = if same { base.refine_steps } else { settings.march.usual_refine_steps() };
+    settings.refine_steps = args.refine_steps.unwrap_or(usual);
+    settings.tolerance = args.tolerance.unwrap_or(base.tolerance);
     (settings.min_steps, settings.max_steps) = steps(args, base)?;
     Ok(settings)
 }
@@ -156,6 +165,11 @@ mod tests {
             "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
             "--min-steps 9 --max-steps 8",
+            "--march offset",
+            "--march steep --refine-steps 4",
+            "--march relief --tolerance 0.1",
+            "--shell off --march offset --max-steps 4",
+            "--shell off --march offset --depth-offset on",
             "--shell off --march normal --min-steps 4",
             "--shell off --march none --max-steps 4",
             "--shell off --march none --depth-offset on",
@@ -177,6 +191,9 @@ mod tests {
             "--shell off --march exact --self-shadow hard --max-steps 32",
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
+            "--march contact --refine-steps 4",
+            "--march secant --tolerance 0.1 --refine-steps 2",
+            "--shell off --march steep --silhouette uv-bounds",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

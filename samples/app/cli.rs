@@ -176,7 +176,8 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 
-    /// How a ray finds the surface; a shell needs pom, relief or exact [default: exact; pom with --shell off]
+    /// How a ray finds the surface; none, normal and offset trace none, for --shell off only
+    /// [default: exact; pom with --shell off]
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
@@ -190,9 +191,14 @@ pub struct LookArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
 
-    /// Bisections after relief's linear search, 0 to 64 [default: 8]
+    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps, 0 to 64
+    /// [default: 8; secant 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub refine_steps: Option<u32>,
+
+    /// Secant is content with a height so near to the ray's, as a share of the height's range, 0 to 1 [default: 0.01]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub tolerance: Option<f32>,
 
     /// What clips the base surface, for --shell off: a shell needs nothing [default: none]
     #[arg(long, value_parser = words(Silhouette::ALL, Silhouette::name))]
@@ -313,6 +319,10 @@ fn positive(text: &str) -> Result<f64, String> {
     number(text).filter(|&n| n > 0.0).ok_or_else(|| "a finite number above 0".into())
 }
 
+fn share(text: &str) -> Result<f32, String> {
+    number(text).filter(|n| (0.0..=1.0).contains(n)).map(|n| n as f32).ok_or_else(|| "a number from 0 to 1".into())
+}
+
 fn point(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "three finite numbers, as in -1,2.5,3".into())
@@ -370,7 +380,8 @@ mod tests {
             "--time-step -0.1",
             "--min-steps 0",
             "--max-steps 5000",
-            "--march steep",
+            "--march cone-step",
+            "--tolerance 2",
             "--shell cage",
             "--stage task",
             "--depth-offset maybe",

@@ -38,11 +38,11 @@ void main() {
     // Seen from behind, heights turn inside out.
     float scale = facing * material.displacement.x;
     vec2 height_uv = in_height_uv;
-#ifdef MARCH_TRACES
+#ifdef MARCH_MOVES
     vec2 range = facing * material.displacement.zw;
     PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
                                   int(material.march.x), int(material.march.y), int(material.march.z),
-                                  int(material.march.w >> 1));
+                                  int(material.march.w >> 1), material.classic.x);
     vec3 direction = normalize(-toward_eye(object, position));
     PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
     count_limits(hit.limits);
@@ -59,7 +59,9 @@ void main() {
         at[i].uv += pixels.x * at[i].dx + pixels.y * at[i].dy;
     }
     height_uv = hit.uv;
+#ifdef MARCH_TRACES
     level = facing * hit.t;
+#endif
 #ifdef SELF_SHADOW
     vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {

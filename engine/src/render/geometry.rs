@@ -203,6 +203,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
             settings.refine_steps,
             u32::from(material.double_sided) + 2 * settings.step_limit,
         ),
+        classic: Vec4::new(settings.tolerance, 0.0, 0.0, 0.0),
         base_color_uv: rows(material.base_color),
         metallic_roughness_uv: rows(material.metallic_roughness),
         normal_uv: rows(material.normal.map(|(t, _)| t)),

@@ -161,8 +161,10 @@ shared! {
         uv_bounds: Vec4,
         /// Texels of the height map.
         height_size: Vec4,
-        /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
+        /// Fewest and most linear steps, refinements; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
+        /// Of the classic marches: the secant's tolerance, of the height's range.
+        classic: Vec4,
         /// Scale, midlevel and texels of each other field that its walls meet.
         others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).

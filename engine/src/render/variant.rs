@@ -174,7 +174,12 @@ impl Variant {
         if let Some(height) = self.height {
             flag("HAS_HEIGHT", true);
             flag("MARCH_TRACES", height.march.traces());
+            flag("MARCH_MOVES", height.march.moves());
+            flag("MARCH_OFFSET", height.march == March::Offset);
+            flag("MARCH_STEEP", height.march == March::Steep);
             flag("MARCH_RELIEF", height.march == March::Relief);
+            flag("MARCH_SECANT", height.march == March::Secant);
+            flag("MARCH_CONTACT", height.march == March::Contact);
             flag("MARCH_EXACT", height.march == March::Exact);
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
