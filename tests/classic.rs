@@ -126,3 +126,47 @@ fn offset_shifts_by_the_height_at_most() {
         assert!(lengths.len() > 1000 && most > 0.5 * OFFSET_LIMIT && most <= OFFSET_LIMIT, "{view}: {most}");
     }
 }
+
+/// Eight fixed steps see nine levels; begun at a random part of the first, they see as many as there is noise.
+#[test]
+fn a_dithered_start_dissolves_the_layers() {
+    let levels = |dither: &str| {
+        let flags = format!("--shell off --march steep --min-steps 8 --max-steps 8 --dither {dither}");
+        let aov = render(&asset("plane.gltf"), &flags);
+        let hit = (0..aov.depth.len()).filter(|&i| aov.depth[i].is_finite());
+        let mut heights: Vec<i64> = hit.map(|i| (f64::from(aov.height_at_hit[i]) * 1e4).round() as i64).collect();
+        heights.sort_unstable();
+        heights.dedup();
+        heights.len()
+    };
+    let (layers, dissolved) = (levels("off"), levels("on"));
+    println!("steep: {layers} levels; dithered: {dissolved}");
+    assert!((3..=9).contains(&layers) && dissolved > 200, "{layers} and {dissolved}");
+}
+
+/// What goes is what the formula says, from the height at the hit and the angle of the ray; the floor's normal is up.
+#[test]
+fn the_horizon_cuts_by_its_formula() {
+    let eye = [0.0, 0.5, 2.4];
+    let view = "--eye 0,0.5,2.4 --target 0,0,0 --shell off --march relief";
+    let all = render(&asset("plane.gltf"), view);
+    for (strength, bias, threshold, falloff) in [(2.5, 0.0, 0.5, 2.0), (1.0, 0.2, 0.9, 1.0), (0.0, 0.0, 0.5, 2.0)] {
+        let flags = format!(
+            "{view} --silhouette horizon --horizon-strength {strength} --horizon-bias {bias} --horizon-threshold {threshold} \
+             --horizon-falloff {falloff}"
+        );
+        let cut = render(&asset("plane.gltf"), &flags);
+        let (mut gone, mut wrong) = (0, 0);
+        for i in (0..all.depth.len()).filter(|&i| all.depth[i].is_finite()) {
+            let [x, y, z] = [0, 1, 2].map(|c| f64::from(all.position[i][c]) - eye[c]);
+            let cosine = (y / (x * x + y * y + z * z).sqrt()).abs();
+            let f = (1.0 - cosine / threshold).clamp(0.0, 1.0).powf(falloff);
+            let height = f64::from(all.height_at_hit[i]) - bias - (f * strength).clamp(0.0, 1.0);
+            gone += usize::from(height < 0.0);
+            // Linear interpolation leaves the level off the height by a hundredth.
+            wrong += usize::from(height.abs() > 0.02 && (height < 0.0) == cut.depth[i].is_finite());
+        }
+        println!("horizon {strength} {bias} {threshold} {falloff}: {gone} pixels go, {wrong} wrong");
+        assert!(wrong <= 5 && (gone > 100) == (strength > 0.0), "{flags}: {gone}, {wrong}");
+    }
+}

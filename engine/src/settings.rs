@@ -87,6 +87,40 @@ pub enum Silhouette {
     None,
     /// Fragments whose displaced UV lies outside the primitive's UV bounds.
     UvBounds,
+    /// On closed curved surfaces: low fragments where the base surface turns edge-on.
+    Horizon,
+}
+
+/// [`Silhouette::Horizon`]'s parameters. With n·v the cosine between base normal and view, a fragment of height h goes
+/// where h - bias < clamp(strength · clamp(1 - |n·v| / safe_threshold)^falloff).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizon {
+    /// 0 to 4.
+    pub strength: f32,
+    /// 0 to 1.
+    pub bias: f32,
+    /// Where |n·v| is more, nothing goes: 0 to 0.95.
+    pub safe_threshold: f32,
+    /// 0.5 to 8.
+    pub falloff: f32,
+}
+
+impl Default for Horizon {
+    fn default() -> Self {
+        Horizon { strength: 1.0, bias: 0.0, safe_threshold: 0.5, falloff: 2.0 }
+    }
+}
+
+/// How the shading normal of a base surface follows from the heights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Normals {
+    /// One gather: the true slope of the bilinear surface.
+    #[default]
+    Gather,
+    /// Central differences of four heights.
+    FourTap,
+    /// The 3 × 3 Sobel operator, eight heights.
+    Sobel,
 }
 
 /// Shadows that the height field casts on itself.
@@ -159,8 +193,20 @@ pub struct Settings {
     pub tolerance: f32,
     /// Steps after which [`March::Exact`] gives up in one prism, per height map cell on its way (and 16 cells more).
     pub step_limit: u32,
+    /// The linear search begins at a random part of its first step, blue noise from pixel to pixel.
+    pub dither: bool,
+    /// The farthest that a base surface's ray runs along the surface for each unit of depth, however flat the view.
+    pub slope_limit: f32,
+    /// Shading normals of base surfaces.
+    pub normals: Normals,
     /// Clipping of base surfaces.
     pub silhouette: Silhouette,
+    /// Its parameters.
+    pub horizon: Horizon,
+    /// Least UV of [`Silhouette::UvBounds`], in the height map; none: the primitive's own.
+    pub uv_min: Option<[f32; 2]>,
+    /// Greatest one.
+    pub uv_max: Option<[f32; 2]>,
     /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
     pub depth_offset: bool,
     /// Self-shadowing.
@@ -182,7 +228,13 @@ impl Default for Settings {
             refine_steps: 8,
             tolerance: 0.01,
             step_limit: 16,
+            dither: false,
+            slope_limit: 1000.0,
+            normals: Normals::Gather,
             silhouette: Silhouette::None,
+            horizon: Horizon::default(),
+            uv_min: None,
+            uv_max: None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
             count_limits: false,
@@ -198,6 +250,11 @@ impl Settings {
             Shell::Auto => Shell::Walk,
             other => other,
         }
+    }
+
+    /// The cosine between ray and base normal at which the ray runs as far as [`Settings::slope_limit`] lets it.
+    pub fn least_cosine(&self) -> f32 {
+        (1.0 + self.slope_limit * self.slope_limit).sqrt().recip()
     }
 }
 
@@ -235,6 +292,7 @@ names!(March {
     Contact = "contact",
     Exact = "exact",
 });
-names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
+names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
+names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

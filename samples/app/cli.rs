@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::classic::ClassicArgs;
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation};
 
@@ -156,6 +157,9 @@ pub struct CommonArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub look: LookArgs,
+    /// The same, of the classic techniques.
+    #[command(flatten)]
+    pub classic: ClassicArgs,
     /// From where.
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -195,10 +199,6 @@ pub struct LookArgs {
     /// [default: 8; secant 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub refine_steps: Option<u32>,
-
-    /// Secant is content with a height so near to the ray's, as a share of the height's range, 0 to 1 [default: 0.01]
-    #[arg(long, value_name = "SHARE", value_parser = share)]
-    pub tolerance: Option<f32>,
 
     /// What clips the base surface, for --shell off: a shell needs nothing [default: none]
     #[arg(long, value_parser = words(Silhouette::ALL, Silhouette::name))]
@@ -291,7 +291,7 @@ impl Default for Size {
 }
 
 /// A parser of the words that the engine gives its settings, so that they stand once.
-fn words<T: Copy + Send + Sync + 'static>(
+pub fn words<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
@@ -299,7 +299,8 @@ fn words<T: Copy + Send + Sync + 'static>(
         .try_map(move |word| all.iter().copied().find(|&value| name(value) == word).ok_or("unknown word"))
 }
 
-fn on_off() -> impl TypedValueParser<Value = bool> {
+/// `on` or `off`.
+pub fn on_off() -> impl TypedValueParser<Value = bool> {
     PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")
 }
 
@@ -319,8 +320,21 @@ fn positive(text: &str) -> Result<f64, String> {
     number(text).filter(|&n| n > 0.0).ok_or_else(|| "a finite number above 0".into())
 }
 
-fn share(text: &str) -> Result<f32, String> {
-    number(text).filter(|n| (0.0..=1.0).contains(n)).map(|n| n as f32).ok_or_else(|| "a number from 0 to 1".into())
+/// A number between two, both allowed.
+pub fn ranged(text: &str, least: f64, most: f64) -> Result<f32, String> {
+    let inside = number(text).filter(|n| (least..=most).contains(n));
+    inside.map(|n| n as f32).ok_or_else(|| format!("a number from {least} to {most}"))
+}
+
+/// A part of a whole.
+pub fn share(text: &str) -> Result<f32, String> {
+    ranged(text, 0.0, 1.0)
+}
+
+/// Two numbers, parted by a comma.
+pub fn two_numbers(text: &str) -> Result<[f32; 2], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| number(part).map(|n| n as f32)).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "two finite numbers, as in 0,1".into())
 }
 
 fn point(text: &str) -> Result<[f64; 3], String> {
@@ -382,6 +396,10 @@ mod tests {
             "--max-steps 5000",
             "--march cone-step",
             "--tolerance 2",
+            "--horizon-falloff 0.1",
+            "--horizon-threshold 1",
+            "--uv-min 1",
+            "--normals smooth",
             "--shell cage",
             "--stage task",
             "--depth-offset maybe",

@@ -3,6 +3,7 @@
 pub mod assets;
 mod camera;
 mod choices;
+mod classic;
 pub mod cli;
 pub mod console;
 mod devices;

@@ -16,6 +16,8 @@ layout(location = 3) in vec4 in_tangent;
 layout(location = 4) in vec2 in_height_uv;
 #include "render/height_field.glsl"
 #include "shell/plane.glsl"
+#include "shell/normals.glsl"
+#include "render/dither.glsl"
 #endif
 
 vec3 toward_eye(Object object, vec3 position) {
@@ -44,8 +46,16 @@ void main() {
                                   int(material.march.x), int(material.march.y), int(material.march.z),
                                   int(material.march.w >> 1), material.classic.x);
     vec3 direction = normalize(-toward_eye(object, position));
-    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
+    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal, material.classic.y));
     count_limits(hit.limits);
+#ifdef HORIZON
+    // Where the base surface turns edge-on only what is high enough stands out before what lies behind it.
+    float turned = clamp(1.0 - abs(dot(direction, normal)) / max(material.horizon.z, 1e-3), 0.0, 1.0);
+    float cut = clamp(pow(turned, material.horizon.w) * material.horizon.x, 0.0, 1.0);
+    if (height_at(hit.uv, 0.0) - material.horizon.y < cut) {
+        discard;
+    }
+#endif
 #ifdef UV_BOUNDS
     if (any(lessThan(hit.uv, material.uv_bounds.xy)) || any(greaterThan(hit.uv, material.uv_bounds.zw))) {
         discard;
@@ -69,7 +79,7 @@ void main() {
         light_arriving(lights.item[i], world, toward);
         vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
         visibility.light[i] = dot(toward_mesh, normal) > 0.0
-            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal))
+            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal, 1e-3))
             : 0.0;
     }
 #endif
@@ -78,12 +88,10 @@ void main() {
     position += direction * hit.t / (along < 0.0 ? min(along, -1e-3) : max(along, 1e-3));
 #endif
 #endif
-    vec2 gradient = scale * height_gradient(height_uv, 0.0);
-    vec3 slope = gradient * jacobian;
 #ifdef MARCH_TRACES
-    geometric = normal - slope;
+    geometric = normal - scale * height_gradient(height_uv, 0.0) * jacobian;
 #endif
-    normal = normalize(normal - slope);
+    normal = normalize(normal - scale * shading_gradient(height_uv) * jacobian);
 #endif
     geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
     MaterialPoint m = material_at(at);

@@ -214,12 +214,14 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
     Refinement by = Refinement(settings.refine_steps, settings.tolerance * settings.scale);
     float texels = length((leave.uv - entry.uv) * settings.map_size);
     int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
+    int count = sample_count(steps);
+    float start = search_start();
     Bracket x;
     x.a = 0.0;
     x.fa = entry.t - surface_level(settings, entry.uv);
-    for (int i = 1; i <= steps; ++i) {
-        x.b = float(i) / float(steps);
-        x.fb = i == steps ? leave.t - surface_level(settings, leave.uv) : clearance(on, x.b);
+    for (int i = 1; i <= count; ++i) {
+        x.b = sample_at(i, steps, start);
+        x.fb = i == count ? leave.t - surface_level(settings, leave.uv) : clearance(on, x.b);
         if ((x.fb >= 0.0) != above) {
             if (above || settings.two_sided) {
                 return refined(on, by, x, above);

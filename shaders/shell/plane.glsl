@@ -35,12 +35,12 @@ mat3x2 uv_jacobian(vec3 position_x, vec3 position_y, vec2 uv_x, vec2 uv_y, vec3 
                   inverse * (r1.z * uv_x + r2.z * uv_y));
 }
 
-// The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero:
-// there the plane is seen edge-on and the approximation has no answer.
-PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal) {
+// The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero, at
+// `least`: there the plane is seen edge-on and the approximation has no answer.
+PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal, float least) {
     direction = normalize(direction);
     float along = dot(direction, normal);
-    float cosine = max(abs(along), 1e-3);
+    float cosine = max(abs(along), least);
     vec3 tangential = direction - along * normal;
     return PlaneRay(uv, jacobian * tangential / (along < 0.0 ? -cosine : cosine), cosine);
 }
@@ -97,10 +97,11 @@ float clearance(SearchPath path, float at) {
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     SearchPath path = SearchPath(march, ray);
     int steps = plane_steps(march, ray.cosine);
+    float start = search_start();
     float top = clearance(path, 0.0);
     Bracket x = Bracket(0.0, top, 0.0, top);
-    for (int i = 1; i <= steps && x.fb > 0.0; ++i) {
-        x = Bracket(x.b, x.fb, float(i) / float(steps), 0.0);
+    for (int i = 1; i <= sample_count(steps) && x.fb > 0.0; ++i) {
+        x = Bracket(x.b, x.fb, sample_at(i, steps, start), 0.0);
         x.fb = clearance(path, x.b);
     }
     Refinement by = Refinement(march.refine_steps, march.tolerance * abs(march.scale));

@@ -1,10 +1,33 @@
-// The last part of a classic march: from the two samples between which its linear search crossed the field to the hit.
+// What the classic marches share: where a linear search takes its samples, and how it gets from the two between which it
+// crossed the field to the hit.
 //
 // The includer gives a struct SearchPath and `float clearance(SearchPath path, float at)`: the height of the ray over
 // the field at `at`, which runs from 0 to 1 along the ray. MARCH_STEEP, MARCH_RELIEF, MARCH_SECANT, MARCH_CONTACT or
 // none of them (POM) chooses how. Cost: one height a refinement; none for steep and POM.
 #ifndef SHELL_REFINE_GLSL
 #define SHELL_REFINE_GLSL
+
+// A linear search of `steps` steps takes so many samples after the one at 0; the i-th lies at sample_at, the last at 1.
+// With DITHERED_START the includer's search_start, between 0 and 1, says how long the first step is.
+#ifdef DITHERED_START
+float search_start();
+
+int sample_count(int steps) {
+    return steps + 1;
+}
+#else
+float search_start() {
+    return 1.0;
+}
+
+int sample_count(int steps) {
+    return steps;
+}
+#endif
+
+float sample_at(int i, int steps, float start) {
+    return min((float(i - 1) + start) / float(steps), 1.0);
+}
 
 struct Bracket {
     float a, fa; // the last sample before the crossing and its clearance

@@ -163,8 +163,10 @@ shared! {
         height_size: Vec4,
         /// Fewest and most linear steps, refinements; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
-        /// Of the classic marches: the secant's tolerance, of the height's range.
+        /// Of the classic marches: the secant's tolerance, of the height's range; the least cosine of a ray.
         classic: Vec4,
+        /// Horizon clipping: strength, bias, safe threshold, falloff.
+        horizon: Vec4,
         /// Scale, midlevel and texels of each other field that its walls meet.
         others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).
@@ -270,7 +272,14 @@ mod tests {
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let mut surface = shell.clone();
-        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW"]));
+        surface.extend(defines(&[
+            "MARCH_TRACES",
+            "MARCH_MOVES",
+            "UV_BOUNDS",
+            "HORIZON",
+            "DEPTH_OFFSET",
+            "SELF_SHADOW",
+        ]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
         let none = Vec::new();
         let mut seen = BTreeSet::new();

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::variant::{Geometry, Height, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
-use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -217,6 +217,9 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         other_procedures: [None; MAX_OTHERS],
         march: settings.march,
         uv_bounds: traces && settings.silhouette == Silhouette::UvBounds,
+        horizon: traces && settings.silhouette == Silhouette::Horizon,
+        dither: settings.dither && settings.march.steps(),
+        normals: if shell { Normals::Gather } else { settings.normals },
         depth_offset: traces && settings.depth_offset,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
         // Linear searches end by themselves.

@@ -4,7 +4,7 @@
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::{Procedure, Wrap};
-use crate::settings::{March, Stage};
+use crate::settings::{March, Normals, Stage};
 use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
@@ -70,6 +70,12 @@ pub struct Height {
     pub march: March,
     /// Discard outside the primitive's UV bounds.
     pub uv_bounds: bool,
+    /// Discard low fragments where the base surface turns edge-on.
+    pub horizon: bool,
+    /// Dithered start of the linear search.
+    pub dither: bool,
+    /// Shading normals of a base surface.
+    pub normals: Normals,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
     /// Second march toward the first light.
@@ -136,6 +142,11 @@ impl Variant {
         Sides { double: self.double_sided, mirrored: self.mirrored }
     }
 
+    /// Whether it reads blue noise.
+    pub fn dithers(&self) -> bool {
+        self.height.is_some_and(|height| height.dither)
+    }
+
     /// The pipeline's debug name.
     pub fn name(&self) -> String {
         match (self.geometry, self.height) {
@@ -183,6 +194,11 @@ impl Variant {
             flag("MARCH_EXACT", height.march == March::Exact);
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
+            flag("HORIZON", height.horizon);
+            flag("DITHER", height.dither);
+            flag("DITHERED_START", height.dither);
+            flag("NORMALS_4_TAP", height.normals == Normals::FourTap);
+            flag("NORMALS_SOBEL", height.normals == Normals::Sobel);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("COUNT_LIMITS", height.count_limits);
