@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::classic::ClassicArgs;
+use super::{classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation};
 
@@ -160,6 +160,9 @@ pub struct CommonArgs {
     /// The same, of the classic techniques.
     #[command(flatten)]
     pub classic: ClassicArgs,
+    /// What is drawn otherwise than the file says.
+    #[command(flatten)]
+    pub surface: SurfaceArgs,
     /// From where.
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -326,6 +329,21 @@ pub fn ranged(text: &str, least: f64, most: f64) -> Result<f32, String> {
     inside.map(|n| n as f32).ok_or_else(|| format!("a number from {least} to {most}"))
 }
 
+/// Any number.
+pub fn unbounded(text: &str) -> Result<f64, String> {
+    number(text).ok_or_else(|| "a finite number".into())
+}
+
+/// A scale of heights.
+pub fn height_scale(text: &str) -> Result<f64, String> {
+    number(text).filter(|&n| n >= 0.0).ok_or_else(|| "a finite number, not below 0".into())
+}
+
+/// Factors of u and v.
+pub fn scale_factors(text: &str) -> Result<[f32; 2], String> {
+    two_numbers(text).ok().filter(|n| n.iter().all(|&n| n > 0.0)).ok_or_else(|| "two numbers above 0, as in 2,3".into())
+}
+
 /// A part of a whole.
 pub fn share(text: &str) -> Result<f32, String> {
     ranged(text, 0.0, 1.0)
@@ -399,6 +417,10 @@ mod tests {
             "--horizon-falloff 0.1",
             "--horizon-threshold 1",
             "--uv-min 1",
+            "--uv-scale 0,1",
+            "--height-scale -1",
+            "--midlevel nan",
+            "--wrap border",
             "--normals smooth",
             "--shell cage",
             "--stage task",

@@ -20,6 +20,7 @@ mod png;
 pub mod sample;
 mod stats;
 mod still;
+mod surface;
 #[cfg(test)]
 pub mod testing;
 mod timings;

@@ -3,6 +3,7 @@
 //! [`load`] reads a glTF file into a [`Scene`]; [`Scene::with_defaults`] adds the camera and the light that it lacks.
 
 mod accessor;
+mod adjust;
 mod bounds;
 mod camera;
 mod container;
@@ -24,6 +25,7 @@ mod triangles;
 mod uri;
 mod weld;
 
+pub use adjust::Adjustment;
 pub use camera::frame;
 pub use import::load;
 pub(crate) use mesh::tangent_space;
@@ -111,6 +113,20 @@ pub enum Wrap {
     Mirror,
     /// Clamp to edge.
     Clamp,
+}
+
+impl Wrap {
+    /// Every mode.
+    pub const ALL: &'static [Wrap] = &[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        }
+    }
 }
 
 /// glTF sampler of a colour texture.
