@@ -4,9 +4,18 @@ mod app;
 mod bench;
 mod cloth;
 mod prism_shell;
+mod silhouette;
 mod stability;
+mod techniques;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
-    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability, &cloth::Cloth])
+    app::main(&[
+        &prism_shell::PrismShell,
+        &viewer::Viewer,
+        &stability::Stability,
+        &cloth::Cloth,
+        &techniques::Techniques,
+        &silhouette::Outlines,
+    ])
 }
