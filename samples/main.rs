@@ -3,6 +3,7 @@
 mod app;
 mod bench;
 mod cloth;
+mod depth_offset;
 mod prism_shell;
 mod silhouette;
 mod stability;
@@ -17,5 +18,6 @@ fn main() -> std::process::ExitCode {
         &cloth::Cloth,
         &techniques::Techniques,
         &silhouette::Outlines,
+        &depth_offset::Sand,
     ])
 }

@@ -72,6 +72,11 @@ fn silhouette() {
 }
 
 #[test]
+fn depth_offset() {
+    compare("depth_offset", "run", "depth_offset", "");
+}
+
+#[test]
 fn viewer() {
     compare("viewer", "run", "viewer", "");
 }

@@ -83,6 +83,28 @@ def silhouette():
     return s
 
 
+def depth_offset():
+    """Rocks in rippled sand: three with a depth offset, one without."""
+    s = Scene("depth_offset")
+    sand = s.procedural("waves", linear("#c2a878"), 0.95, 0.05, 1.0)
+    bare = s.displaced("rock", 0.0, 0.5, tiling=(2, 1))
+    soft = s.displaced("rock", 0.0, 0.5, tiling=(2, 1))
+    del s.doc["materials"][bare]["extras"]
+    s.doc["materials"][soft]["name"] = "rock in sand"
+    s.doc["materials"][soft]["extras"] = {"depthOffset": {"distance": 0.3, "dither": True}}
+    floor = s.geometry(shapes.sheet((0, 0, 0), (2.6, 0, 0), (0, 0, 2.6), (5, 5)))
+    s.node(name="sand", mesh=s.mesh("sand", floor, sand))
+    ball = s.geometry(shapes.sphere(48, 24))
+    rock, hard = s.mesh("rock in sand", ball, soft), s.mesh("rock on sand", ball, bare)
+    s.node(name="left", mesh=rock, translation=[-0.75, -0.1, 0.2], scale=[0.7, 0.5, 0.6], rotation=turn((0, 1, 0), 20))
+    s.node(name="small", mesh=rock, translation=[0.1, -0.05, 0.95], scale=[0.3, 0.25, 0.35], rotation=turn((0, 1, 0), 70))
+    s.node(name="far", mesh=rock, translation=[0.3, -0.1, -1.1], scale=[0.55, 0.6, 0.5], rotation=turn((0, 1, 0), 50))
+    s.node(name="bare", mesh=hard, translation=[1.0, -0.1, 0.3], scale=[0.6, 0.45, 0.55], rotation=turn((0, 1, 0), 10))
+    s.camera((0.3, 1.7, 3.6), (0.1, 0.0, 0.0), 36)
+    s.sun((-0.8, 0.7, 0.5))
+    return s
+
+
 def make():
     width, depth, relief = maps_terrain.extent()
     unit = max(width, depth) / 2
@@ -93,6 +115,7 @@ def make():
         procedural(),
         techniques(),
         silhouette(),
+        depth_offset(),
         one("torus", shapes.torus(), dict(maps="cobbles", scale=0.08, midlevel=0.5), (1.6, 2.05, 2.9), (0.0, -0.2, 0), 36, (-0.75, 0.85, 0.6)),
         one(
             "suzanne",

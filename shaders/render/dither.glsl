@@ -1,5 +1,5 @@
-// Where a pixel's linear search begins: blue noise (render/blue_noise.rs), so that what the steps cannot resolve becomes
-// fine grain in place of layers.
+// Blue noise by pixel (render/blue_noise.rs). Where a linear search begins with it, what the steps cannot resolve becomes
+// fine grain in place of layers; where depth moves by it, surfaces blend.
 #ifndef RENDER_DITHER_GLSL
 #define RENDER_DITHER_GLSL
 

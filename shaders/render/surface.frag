@@ -17,8 +17,8 @@ layout(location = 4) in vec2 in_height_uv;
 #include "render/height_field.glsl"
 #include "shell/plane.glsl"
 #include "shell/normals.glsl"
-#include "render/dither.glsl"
 #endif
+#include "render/dither.glsl"
 
 vec3 toward_eye(Object object, vec3 position) {
     return object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
@@ -120,6 +120,15 @@ void main() {
         discard;
     }
     gl_FragDepth = buffer_depth(view_depth);
+#endif
+#ifdef DEPTH_SHIFT
+    // Along the ray, away from the eye; what is shaded stays where it is.
+    float share = 1.0;
+#ifdef DITHER
+    share = pixel_noise();
+#endif
+    float shifted = view_depth - share * material.classic.z * dot(surface.view, frame.forward.xyz);
+    gl_FragDepth = buffer_depth(max(shifted, frame.lens.z));
 #endif
 #ifdef HAS_HEIGHT
     float height = level / material.displacement.x + material.displacement.y;

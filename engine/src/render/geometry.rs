@@ -205,7 +205,10 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
             settings.refine_steps,
             u32::from(material.double_sided) + 2 * settings.step_limit,
         ),
-        classic: Vec4::new(settings.tolerance, settings.least_cosine(), 0.0, 0.0),
+        classic: {
+            let shift = material.depth_offset.map_or(0.0, |offset| offset.distance);
+            Vec4::new(settings.tolerance, settings.least_cosine(), shift as f32, 0.0)
+        },
         horizon: {
             let Horizon { strength, bias, safe_threshold, falloff } = settings.horizon;
             Vec4::new(strength, bias, safe_threshold, falloff)

@@ -163,7 +163,8 @@ shared! {
         height_size: Vec4,
         /// Fewest and most linear steps, refinements; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
-        /// Of the classic marches: the secant's tolerance, of the height's range; the least cosine of a ray.
+        /// Of the classic marches: the secant's tolerance, of the height's range; the least cosine of a ray. z: a plain
+        /// surface's depth offset, world units.
         classic: Vec4,
         /// Horizon clipping: strength, bias, safe threshold, falloff.
         horizon: Vec4,

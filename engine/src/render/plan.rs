@@ -162,6 +162,7 @@ fn plan_draws(
         geometry: Geometry::Surface,
         textures: textures(material),
         height: None,
+        depth_shift: material.depth_offset.filter(|_| settings.depth_offset).map(|offset| offset.dither),
         alpha_mask: material.alpha_cutoff.is_some(),
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
@@ -188,7 +189,10 @@ fn plan_draws(
             *slot = other.source.procedure();
         }
         let height = shown.map(|d| Height { others, other_procedures, ..height(&d, settings, true) });
-        let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
+        let outlines = Variant { height, depth_shift: None, mirrored: false, double_sided: false, ..plain };
+        if plain.depth_shift.is_some() {
+            plan.notices.push(format!("material '{}': its depth offset is left out beside a shell", material.name));
+        }
         if geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
             let deforms = geometry.deforms && stage == Stage::Mesh;

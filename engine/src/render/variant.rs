@@ -93,6 +93,8 @@ pub struct Variant {
     pub textures: [Option<u8>; 5],
     /// Height field, if the draw reads one.
     pub height: Option<Height>,
+    /// Moves the depth of a plain surface, dithered or not.
+    pub depth_shift: Option<bool>,
     /// alphaMode MASK.
     pub alpha_mask: bool,
     /// Culls nothing.
@@ -144,7 +146,7 @@ impl Variant {
 
     /// Whether it reads blue noise.
     pub fn dithers(&self) -> bool {
-        self.height.is_some_and(|height| height.dither)
+        self.depth_shift == Some(true) || self.height.is_some_and(|height| height.dither)
     }
 
     /// The pipeline's debug name.
@@ -182,6 +184,8 @@ impl Variant {
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);
+        flag("DITHER", self.dithers());
+        flag("DEPTH_SHIFT", self.depth_shift.is_some());
         if let Some(height) = self.height {
             flag("HAS_HEIGHT", true);
             flag("MARCH_TRACES", height.march.traces());
@@ -195,7 +199,6 @@ impl Variant {
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
             flag("HORIZON", height.horizon);
-            flag("DITHER", height.dither);
             flag("DITHERED_START", height.dither);
             flag("NORMALS_4_TAP", height.normals == Normals::FourTap);
             flag("NORMALS_SOBEL", height.normals == Normals::Sobel);

@@ -197,6 +197,17 @@ pub struct Material {
     pub double_sided: bool,
     /// Displacement, if the material asks for it.
     pub displacement: Option<Displacement>,
+    /// Depth offset of a plain surface, if the material asks for it.
+    pub depth_offset: Option<DepthOffset>,
+}
+
+/// The `depthOffset` extras of a material that is not displaced: its depth moves away from the eye, its shading does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthOffset {
+    /// World units along the view ray, ≥ 0.
+    pub distance: f64,
+    /// Each pixel goes a random part of it, so that surfaces blend where they meet.
+    pub dither: bool,
 }
 
 /// The `displacement` extras of a material (DESIGN section 2).
