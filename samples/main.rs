@@ -3,11 +3,23 @@
 mod app;
 mod bench;
 mod cloth;
+mod depth_offset;
 mod prism_shell;
 mod shadows;
+mod silhouette;
 mod stability;
+mod techniques;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
-    app::main(&[&prism_shell::PrismShell, &viewer::Viewer, &stability::Stability, &cloth::Cloth, &shadows::Shadows])
+    app::main(&[
+        &prism_shell::PrismShell,
+        &viewer::Viewer,
+        &stability::Stability,
+        &cloth::Cloth,
+        &shadows::Shadows,
+        &techniques::Techniques,
+        &silhouette::Outlines,
+        &depth_offset::Sand,
+    ])
 }

@@ -108,9 +108,7 @@ fn options(help: &str) -> BTreeMap<String, String> {
 
 #[test]
 fn flags_of_later_versions_are_absent() {
-    for flags in
-        ["--march cone", "--silhouette horizon", "--self-shadow soft", "--lod-fade 10", "--dither on", "--msaa 4"]
-    {
+    for flags in ["--march cone", "--self-shadow soft", "--lod-fade 10", "--msaa 4"] {
         usage_error(render(flags), &[flag(flags)]);
     }
 }

@@ -62,6 +62,21 @@ fn prism_shell_a_quarter_turn_later() {
 }
 
 #[test]
+fn techniques() {
+    compare("techniques", "run", "techniques", "");
+}
+
+#[test]
+fn silhouette() {
+    compare("silhouette", "run", "silhouette", "");
+}
+
+#[test]
+fn depth_offset() {
+    compare("depth_offset", "run", "depth_offset", "");
+}
+
+#[test]
 fn viewer() {
     compare("viewer", "run", "viewer", "");
 }

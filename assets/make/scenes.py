@@ -76,6 +76,55 @@ def shadows():
     return s
 
 
+def techniques():
+    """A cube and a torus: a flat and a curved surface for every technique."""
+    s = Scene("techniques")
+    cube = s.mesh("cube", s.geometry(shapes.cube()), s.displaced("bricks", 0.12, 0.5))
+    torus = s.mesh("torus", s.geometry(shapes.torus()), s.displaced("cobbles", 0.08, 0.5))
+    s.node(name="cube", mesh=cube, translation=[-1.25, 0.0, 0.0], rotation=turn((0, 1, 0), 25))
+    s.node(name="torus", mesh=torus, translation=[1.5, 0.0, 0.3], rotation=turn((1, 0, 0), 35))
+    s.camera((0.2, 2.6, 7.2), (0.2, -0.1, 0.0), 34)
+    s.sun((-0.6, 0.9, 0.8))
+    return s
+
+
+def silhouette():
+    """Plane, cylinder and sphere in a row."""
+    s = Scene("silhouette")
+    cobbles = s.displaced("cobbles", 0.08, 0.5)
+    dense = s.displaced("cobbles", 0.08, 0.5, tiling=(5, 2.5))
+    plane = s.geometry(shapes.sheet((0, 0, 0), (0.8, 0, 0), (0, -0.8, 0), (2, 2)))
+    s.node(name="plane", mesh=s.mesh("plane", plane, cobbles), translation=[-1.9, 0.0, 0.0], rotation=turn((0, 1, 0), -50))
+    s.node(name="cylinder", mesh=s.mesh("cylinder", s.geometry(shapes.cylinder()), cobbles))
+    ball = s.geometry(shapes.sphere(32, 16))
+    s.node(name="sphere", mesh=s.mesh("sphere", ball, dense), translation=[1.8, 0.0, 0.0], scale=[0.8] * 3)
+    s.camera((0.0, 0.9, 6.2), (0.0, 0.0, 0.0), 30)
+    s.sun((-0.6, 0.9, 0.8))
+    return s
+
+
+def depth_offset():
+    """Rocks in rippled sand: three with a depth offset, one without."""
+    s = Scene("depth_offset")
+    sand = s.procedural("waves", linear("#c2a878"), 0.95, 0.05, 1.0)
+    bare = s.displaced("rock", 0.0, 0.5, tiling=(2, 1))
+    soft = s.displaced("rock", 0.0, 0.5, tiling=(2, 1))
+    del s.doc["materials"][bare]["extras"]
+    s.doc["materials"][soft]["name"] = "rock in sand"
+    s.doc["materials"][soft]["extras"] = {"depthOffset": {"distance": 0.3, "dither": True}}
+    floor = s.geometry(shapes.sheet((0, 0, 0), (2.6, 0, 0), (0, 0, 2.6), (5, 5)))
+    s.node(name="sand", mesh=s.mesh("sand", floor, sand))
+    ball = s.geometry(shapes.sphere(48, 24))
+    rock, hard = s.mesh("rock in sand", ball, soft), s.mesh("rock on sand", ball, bare)
+    s.node(name="left", mesh=rock, translation=[-0.75, -0.1, 0.2], scale=[0.7, 0.5, 0.6], rotation=turn((0, 1, 0), 20))
+    s.node(name="small", mesh=rock, translation=[0.1, -0.05, 0.95], scale=[0.3, 0.25, 0.35], rotation=turn((0, 1, 0), 70))
+    s.node(name="far", mesh=rock, translation=[0.3, -0.1, -1.1], scale=[0.55, 0.6, 0.5], rotation=turn((0, 1, 0), 50))
+    s.node(name="bare", mesh=hard, translation=[1.0, -0.1, 0.3], scale=[0.6, 0.45, 0.55], rotation=turn((0, 1, 0), 10))
+    s.camera((0.3, 1.7, 3.6), (0.1, 0.0, 0.0), 36)
+    s.sun((-0.8, 0.7, 0.5))
+    return s
+
+
 def make():
     width, depth, relief = maps_terrain.extent()
     unit = max(width, depth) / 2
@@ -85,6 +134,9 @@ def make():
         prism_shell(),
         procedural(),
         shadows(),
+        techniques(),
+        silhouette(),
+        depth_offset(),
         one("torus", shapes.torus(), dict(maps="cobbles", scale=0.08, midlevel=0.5), (1.6, 2.05, 2.9), (0.0, -0.2, 0), 36, (-0.75, 0.85, 0.6)),
         one(
             "suzanne",

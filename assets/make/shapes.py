@@ -101,6 +101,19 @@ def well(inner=0.78, outer=1.06, foot=-0.1, height=0.52, rounding=0.07, around=6
     return p, n, t, grid_triangles(around, len(outline) - 1)
 
 
+def cylinder(radius=0.6, height=1.4, around=32, repeat=(5, 2)):
+    """Around the y axis, open at both ends."""
+    p, n, t = [], [], []
+    for j in range(2):
+        for i in range(around + 1):
+            a = 2 * math.pi * (i % around) / around
+            normal = (math.cos(a), 0.0, -math.sin(a))
+            p.append((radius * normal[0], (0.5 - j) * height, radius * normal[2]))
+            n.append(normal)
+            t.append((repeat[0] * i / around, repeat[1] * j))
+    return p, n, t, grid_triangles(around, 1)
+
+
 def disc(radius, around=48, repeat=1.0):
     """Flat, facing up, with one UV unit for `repeat` of its length."""
     p = [(0.0, 0.0, 0.0)]

@@ -35,10 +35,19 @@ pub enum March {
     None,
     /// The base surface, shaded with the normal of the height map.
     Normal,
+    /// The base surface, its textures shifted by its own height: parallax mapping with offset limiting (Kaneko et al.
+    /// 2001, Welsh 2004).
+    Offset,
+    /// Linear search; its first sample below the field is the hit (McGuire and McGuire 2005).
+    Steep,
     /// Linear search, then one linear interpolation of the last two samples (Tatarchuk 2006).
     Pom,
     /// Linear search, then bisection (Policarpo, Oliveira and Comba 2005).
     Relief,
+    /// Linear search, then false position (Risser, Shah and Pattanaik 2006).
+    Secant,
+    /// Linear search, then a finer one between its last two samples (Riccardi's contact refinement).
+    Contact,
     /// The first hit to f32 rounding, through a min-max pyramid (DESIGN section 4).
     Exact,
 }
@@ -46,7 +55,27 @@ pub enum March {
 impl March {
     /// Whether the march follows a ray at all; a shell needs one that does.
     pub fn traces(self) -> bool {
-        matches!(self, March::Pom | March::Relief | March::Exact)
+        !matches!(self, March::None | March::Normal | March::Offset)
+    }
+
+    /// Whether the textures are read elsewhere than at the base surface's own coordinates.
+    pub fn moves(self) -> bool {
+        self.traces() || self == March::Offset
+    }
+
+    /// Whether it begins with a linear search.
+    pub fn steps(self) -> bool {
+        self.traces() && self != March::Exact
+    }
+
+    /// Whether [`Settings::refine_steps`] means anything to it.
+    pub fn refines(self) -> bool {
+        matches!(self, March::Relief | March::Secant | March::Contact)
+    }
+
+    /// The refinements that it takes unless told otherwise.
+    pub fn usual_refine_steps(self) -> u32 {
+        if self == March::Secant { 5 } else { 8 }
     }
 }
 
@@ -58,6 +87,40 @@ pub enum Silhouette {
     None,
     /// Fragments whose displaced UV lies outside the primitive's UV bounds.
     UvBounds,
+    /// On closed curved surfaces: low fragments where the base surface turns edge-on.
+    Horizon,
+}
+
+/// [`Silhouette::Horizon`]'s parameters. With n·v the cosine between base normal and view, a fragment of height h goes
+/// where h - bias < clamp(strength · clamp(1 - |n·v| / safe_threshold)^falloff).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizon {
+    /// 0 to 4.
+    pub strength: f32,
+    /// 0 to 1.
+    pub bias: f32,
+    /// Where |n·v| is more, nothing goes: 0 to 0.95.
+    pub safe_threshold: f32,
+    /// 0.5 to 8.
+    pub falloff: f32,
+}
+
+impl Default for Horizon {
+    fn default() -> Self {
+        Horizon { strength: 1.0, bias: 0.0, safe_threshold: 0.5, falloff: 2.0 }
+    }
+}
+
+/// How the shading normal of a base surface follows from the heights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Normals {
+    /// One gather: the true slope of the bilinear surface.
+    #[default]
+    Gather,
+    /// Central differences of four heights.
+    FourTap,
+    /// The 3 × 3 Sobel operator, eight heights.
+    Sobel,
 }
 
 /// Shadows that the height field casts on itself.
@@ -123,12 +186,27 @@ pub struct Settings {
     pub min_steps: u32,
     /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell).
     pub max_steps: u32,
-    /// Bisections after the linear search of [`March::Relief`].
+    /// Steps after the linear search: bisections of [`March::Relief`], most steps of [`March::Secant`], fine linear steps
+    /// of [`March::Contact`].
     pub refine_steps: u32,
+    /// Distance of ray and field at which [`March::Secant`] is content, as a share of the height's range.
+    pub tolerance: f32,
     /// Steps after which [`March::Exact`] gives up in one prism, per height map cell on its way (and 16 cells more).
     pub step_limit: u32,
+    /// The linear search begins at a random part of its first step, blue noise from pixel to pixel.
+    pub dither: bool,
+    /// The farthest that a base surface's ray runs along the surface for each unit of depth, however flat the view.
+    pub slope_limit: f32,
+    /// Shading normals of base surfaces.
+    pub normals: Normals,
     /// Clipping of base surfaces.
     pub silhouette: Silhouette,
+    /// Its parameters.
+    pub horizon: Horizon,
+    /// Least UV of [`Silhouette::UvBounds`], in the height map; none: the primitive's own.
+    pub uv_min: Option<[f32; 2]>,
+    /// Greatest one.
+    pub uv_max: Option<[f32; 2]>,
     /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
     pub depth_offset: bool,
     /// Self-shadowing.
@@ -156,8 +234,15 @@ impl Default for Settings {
             min_steps: 8,
             max_steps: 64,
             refine_steps: 8,
+            tolerance: 0.01,
             step_limit: 16,
+            dither: false,
+            slope_limit: 1000.0,
+            normals: Normals::Gather,
             silhouette: Silhouette::None,
+            horizon: Horizon::default(),
+            uv_min: None,
+            uv_max: None,
             depth_offset: true,
             self_shadow: SelfShadow::Off,
             ambient_occlusion: false,
@@ -177,6 +262,11 @@ impl Settings {
             Shell::Auto => Shell::Walk,
             other => other,
         }
+    }
+
+    /// The cosine between ray and base normal at which the ray runs as far as [`Settings::slope_limit`] lets it.
+    pub fn least_cosine(&self) -> f32 {
+        (1.0 + self.slope_limit * self.slope_limit).sqrt().recip()
     }
 }
 
@@ -203,7 +293,18 @@ macro_rules! names {
 
 names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
 names!(Shell { Auto = "auto", Off = "off", Prism = "prism", Walk = "walk" });
-names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief", Exact = "exact" });
-names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
+names!(March {
+    None = "none",
+    Normal = "normal",
+    Offset = "offset",
+    Steep = "steep",
+    Pom = "pom",
+    Relief = "relief",
+    Secant = "secant",
+    Contact = "contact",
+    Exact = "exact",
+});
+names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
+names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

@@ -7,10 +7,10 @@ use prism_engine::{
     settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage},
 };
 
-use super::cli::LookArgs;
+use super::{classic::ClassicArgs, cli::LookArgs};
 
 /// The settings that `args` ask for, starting from those of the sample.
-pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
+pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Result<Settings> {
     let shell = args.shell.unwrap_or(base.shell);
     let mut settings = Settings { shell, ..base.clone() };
     let shelled = settings.resolved_shell() != Shell::Off;
@@ -29,8 +29,11 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     settings.shadow_map_size = args.shadow_map_size.unwrap_or(base.shadow_map_size);
     settings.cascades = args.cascades.unwrap_or(base.cascades);
     settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
-    if args.refine_steps.is_some() && settings.march != March::Relief {
-        return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
+    if args.refine_steps.is_some() && !settings.march.refines() {
+        return usage(format!(
+            "--refine-steps: march {} does not refine; use --march relief, secant or contact",
+            settings.march
+        ));
     }
     // The exact march needs none; its shadow rays on a base surface do.
     let takes_steps = settings.march != March::Exact || (!shelled && settings.self_shadow != SelfShadow::Off);
@@ -42,8 +45,11 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
     }
     settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
     settings.stage = args.stage.unwrap_or(base.stage);
-    settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
+    let same = settings.march == base.march;
+    let usual = if same { base.refine_steps } else { settings.march.usual_refine_steps() };
+    settings.refine_steps = args.refine_steps.unwrap_or(usual);
     (settings.min_steps, settings.max_steps) = steps(args, base)?;
+    classic.apply(&mut settings)?;
     Ok(settings)
 }
 
@@ -88,6 +94,7 @@ fn refuse_flags_without_shell(args: &LookArgs, march: March) -> Result<()> {
         ("--max-steps", args.max_steps.is_some()),
         ("--depth-offset on", args.depth_offset == Some(true)),
         ("--silhouette uv-bounds", args.silhouette == Some(Silhouette::UvBounds)),
+        ("--silhouette horizon", args.silhouette == Some(Silhouette::Horizon)),
         ("--self-shadow hard", args.self_shadow == Some(SelfShadow::Hard)),
     ];
     match untraced.iter().find(|(_, given)| *given) {
@@ -122,7 +129,7 @@ mod tests {
     fn resolve(flags: &str) -> Result<Settings> {
         let words = ["prism", "render", "scene.gltf"].into_iter().chain(flags.split_whitespace());
         match Cli::try_parse_from(words).expect(flags).command {
-            Command::Render(args) => settings(&args.common.look, &Settings::default()),
+            Command::Render(args) => settings(&args.common.look, &args.common.classic, &Settings::default()),
             other => panic!("parsed as {other:?}"),
         }
     }
@@ -163,6 +170,20 @@ mod tests {
             "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
             "--min-steps 9 --max-steps 8",
+            "--march offset",
+            "--dither on",
+            "--march relief --slope-limit 4",
+            "--normals sobel",
+            "--shell off --march none --normals 4-tap",
+            "--shell off --horizon-bias 0.1",
+            "--shell off --silhouette horizon --uv-max 1,1",
+            "--shell off --silhouette uv-bounds --uv-min 1,1 --uv-max 0,2",
+            "--shell off --march offset --dither on",
+            "--silhouette horizon",
+            "--march steep --refine-steps 4",
+            "--march relief --tolerance 0.1",
+            "--shell off --march offset --max-steps 4",
+            "--shell off --march offset --depth-offset on",
             "--shell off --march normal --min-steps 4",
             "--shell off --march none --max-steps 4",
             "--shell off --march none --depth-offset on",
@@ -192,6 +213,13 @@ mod tests {
             "--shell off --march none --ambient-occlusion off",
             "--self-shadow hard",
             "--shell prism --march relief --self-shadow hard --max-steps 32",
+            "--march contact --refine-steps 4",
+            "--march steep --dither on",
+            "--shell off --march offset --slope-limit 4 --normals sobel",
+            "--shell off --silhouette horizon --horizon-strength 2 --horizon-bias 0.1 --horizon-threshold 0.3",
+            "--shell off --silhouette uv-bounds --uv-min 0,0 --uv-max 2,1",
+            "--march secant --tolerance 0.1 --refine-steps 2",
+            "--shell off --march steep --silhouette uv-bounds",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::{classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation};
 
@@ -156,6 +157,12 @@ pub struct CommonArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub look: LookArgs,
+    /// The same, of the classic techniques.
+    #[command(flatten)]
+    pub classic: ClassicArgs,
+    /// What is drawn otherwise than the file says.
+    #[command(flatten)]
+    pub surface: SurfaceArgs,
     /// From where.
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -176,7 +183,8 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 
-    /// How a ray finds the surface; a shell needs pom, relief or exact [default: exact; pom with --shell off]
+    /// How a ray finds the surface; none, normal and offset trace none, for --shell off only
+    /// [default: exact; pom with --shell off]
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
@@ -190,7 +198,8 @@ pub struct LookArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
 
-    /// Bisections after relief's linear search, 0 to 64 [default: 8]
+    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps, 0 to 64
+    /// [default: 8; secant 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub refine_steps: Option<u32>,
 
@@ -302,7 +311,7 @@ impl Default for Size {
 }
 
 /// A parser of the words that the engine gives its settings, so that they stand once.
-fn words<T: Copy + Send + Sync + 'static>(
+pub fn words<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
@@ -310,7 +319,8 @@ fn words<T: Copy + Send + Sync + 'static>(
         .try_map(move |word| all.iter().copied().find(|&value| name(value) == word).ok_or("unknown word"))
 }
 
-fn on_off() -> impl TypedValueParser<Value = bool> {
+/// `on` or `off`.
+pub fn on_off() -> impl TypedValueParser<Value = bool> {
     PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")
 }
 
@@ -328,6 +338,38 @@ fn number(text: &str) -> Option<f64> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text).filter(|&n| n > 0.0).ok_or_else(|| "a finite number above 0".into())
+}
+
+/// A number between two, both allowed.
+pub fn ranged(text: &str, least: f64, most: f64) -> Result<f32, String> {
+    let inside = number(text).filter(|n| (least..=most).contains(n));
+    inside.map(|n| n as f32).ok_or_else(|| format!("a number from {least} to {most}"))
+}
+
+/// Any number.
+pub fn unbounded(text: &str) -> Result<f64, String> {
+    number(text).ok_or_else(|| "a finite number".into())
+}
+
+/// A scale of heights.
+pub fn height_scale(text: &str) -> Result<f64, String> {
+    number(text).filter(|&n| n >= 0.0).ok_or_else(|| "a finite number, not below 0".into())
+}
+
+/// Factors of u and v.
+pub fn scale_factors(text: &str) -> Result<[f32; 2], String> {
+    two_numbers(text).ok().filter(|n| n.iter().all(|&n| n > 0.0)).ok_or_else(|| "two numbers above 0, as in 2,3".into())
+}
+
+/// A part of a whole.
+pub fn share(text: &str) -> Result<f32, String> {
+    ranged(text, 0.0, 1.0)
+}
+
+/// Two numbers, parted by a comma.
+pub fn two_numbers(text: &str) -> Result<[f32; 2], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| number(part).map(|n| n as f32)).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "two finite numbers, as in 0,1".into())
 }
 
 fn point(text: &str) -> Result<[f64; 3], String> {
@@ -387,7 +429,16 @@ mod tests {
             "--time-step -0.1",
             "--min-steps 0",
             "--max-steps 5000",
-            "--march steep",
+            "--march cone-step",
+            "--tolerance 2",
+            "--horizon-falloff 0.1",
+            "--horizon-threshold 1",
+            "--uv-min 1",
+            "--uv-scale 0,1",
+            "--height-scale -1",
+            "--midlevel nan",
+            "--wrap border",
+            "--normals smooth",
             "--shell cage",
             "--stage task",
             "--depth-offset maybe",

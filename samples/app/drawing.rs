@@ -43,8 +43,10 @@ pub struct Drawing<'a> {
 /// The features that the job needs for any of its scenes. `interactive`: keys may change the settings.
 pub fn features(job: &Job<'_>, scenes: &[Loaded], interactive: bool) -> Features {
     let mut features = Features::default();
-    for loaded in scenes {
-        let needed = render::features(&loaded.scene, &job.settings, interactive);
+    let mut wanted = job.sample.exhibit().map_or_else(Vec::new, |exhibit| exhibit.variants(&job.settings));
+    wanted.push(job.settings.clone());
+    for (loaded, settings) in scenes.iter().flat_map(|loaded| wanted.iter().map(move |settings| (loaded, settings))) {
+        let needed = render::features(&loaded.scene, settings, interactive);
         for (list, more) in [(&mut features.required, needed.required), (&mut features.optional, needed.optional)] {
             for feature in more {
                 if !list.contains(&feature) {
@@ -151,7 +153,6 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws with other settings from the next frame on; on failure the old ones stay in force.
-    #[cfg(feature = "window")]
     pub fn set_settings(&mut self, settings: &prism_engine::settings::Settings) -> Result<()> {
         self.renderer.set_settings(&self.compiler, settings)?;
         self.tell_notices();

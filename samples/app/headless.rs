@@ -15,7 +15,7 @@ use super::{
     load::{self, Loaded},
     offscreen::{self, Offscreen},
     png,
-    sample::Shot,
+    sample::{Drawn, Shot},
 };
 
 /// Draws the job's frames and writes its files.
@@ -54,8 +54,22 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
         frames.submit_and_wait(frame)?;
         if let Some(exhibit) = exhibit {
             let (frame, aov) = (picture.read()?, drawing.renderer().read_aov()?);
+            let mut variants = Vec::new();
+            for settings in exhibit.variants(&job.settings) {
+                drawing.set_settings(&settings)?;
+                let mut frame = frames.begin()?;
+                let slot = frame.slot();
+                picture.prepare(&mut frame.cmd);
+                drawing.record(&mut frame.cmd, slot, None, &moment, picture.image())?;
+                frames.submit_and_wait(frame)?;
+                variants.push(Drawn { frame: picture.read()?, aov: drawing.renderer().read_aov()? });
+            }
+            if !variants.is_empty() {
+                drawing.set_settings(&job.settings)?;
+            }
             let Loaded { name, scene, .. } = drawing.loaded();
-            let shot = Shot { name, scene, camera: &moment.pose.camera, frame: &frame, aov: &aov };
+            let camera = &moment.pose.camera;
+            let shot = Shot { name, scene, camera, frame: &frame, aov: &aov, variants: &variants };
             let (picture, figures) = exhibit.compose(&shot, job.size());
             progress.suspend(|| console::data(&format!("{figures}\n")))?;
             composed = Some(picture);

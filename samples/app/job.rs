@@ -44,7 +44,7 @@ pub struct Job<'a> {
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
 fn settings(args: &CommonArgs, base: &Settings) -> Result<Settings> {
-    Ok(Settings { count_limits: args.session.stats, ..choices::settings(&args.look, base)? })
+    Ok(Settings { count_limits: args.session.stats, ..choices::settings(&args.look, &args.classic, base)? })
 }
 
 impl<'a> Job<'a> {

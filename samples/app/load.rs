@@ -27,7 +27,9 @@ pub fn load(job: &Job<'_>, frames: u64) -> Result<Vec<Loaded>> {
 fn load_one(job: &Job<'_>, file: &Path) -> Result<Loaded> {
     let size = job.common.session.size;
     let aspect = f64::from(size.width) / f64::from(size.height);
-    let mut scene = scene::load(file)?.with_defaults(aspect);
+    let mut scene = scene::load(file)?;
+    scene.adjust(&job.common.surface.adjustment())?;
+    let mut scene = scene.with_defaults(aspect);
     for notice in &scene.notices {
         console::notice(notice);
     }

@@ -3,12 +3,15 @@
 pub mod assets;
 mod camera;
 mod choices;
+mod classic;
+pub mod clay;
 pub mod cli;
 pub mod console;
 mod devices;
 mod drawing;
 mod exr;
 pub mod files;
+pub mod grid;
 mod headless;
 pub mod heat;
 mod job;
@@ -19,6 +22,7 @@ mod png;
 pub mod sample;
 mod stats;
 mod still;
+mod surface;
 #[cfg(test)]
 pub mod testing;
 mod timings;

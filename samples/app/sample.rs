@@ -54,6 +54,11 @@ pub trait Exhibit: Sync {
     /// `Usage` where `size` leaves no room for it.
     fn frame_size(&self, size: [u32; 2]) -> Result<[u32; 2]>;
 
+    /// Settings of further frames, seen from the same place, that go into the picture. By default there are none.
+    fn variants(&self, _settings: &Settings) -> Vec<Settings> {
+        Vec::new()
+    }
+
     /// The picture of `size`, and its figures: a line for stdout.
     fn compose(&self, shot: &Shot<'_>, size: [u32; 2]) -> (Picture, String);
 }
@@ -70,6 +75,16 @@ pub struct Shot<'a> {
     pub frame: &'a Picture,
     /// Its surface data, pixel by pixel.
     pub aov: &'a Aov,
+    /// The frames of [`Exhibit::variants`], in their order.
+    pub variants: &'a [Drawn],
+}
+
+/// A frame and its surface data.
+pub struct Drawn {
+    /// What was drawn.
+    pub frame: Picture,
+    /// Pixel by pixel.
+    pub aov: Aov,
 }
 
 /// Where a sample's scene comes from.

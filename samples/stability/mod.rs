@@ -1,17 +1,14 @@
 //! The hard scenes, where a trace in a shell loses its digits, its rays or its way, each beside the f64 reference.
 //! README.md says what to look at.
 
-use glam::{DVec3, Vec3};
 use prism_engine::{
-    aov::Aov,
     error::{Error, Result},
     measure::Metrics,
-    scene::Camera,
     shell::reference::{Reference, Shadows},
 };
 
 use crate::app::{
-    heat,
+    clay, heat,
     picture::Picture,
     sample::{Exhibit, Sample, Shot, Source},
 };
@@ -36,11 +33,6 @@ const DEPTH_P99: f64 = 0.05;
 const ABOVE_1: f64 = 1e-4;
 /// Pixels that one picture alone covers, per covered pixel.
 const COVERAGE: f64 = 2e-4;
-
-/// Toward the light of the clay, in the camera's own directions: from the upper left, so that relief is seen.
-const TO_LIGHT: DVec3 = DVec3::new(-0.5, 0.65, 0.57);
-/// Behind the clay, sRGB.
-const BEHIND_CLAY: [u8; 3] = [62, 67, 75];
 
 /// `prism run stability`.
 pub struct Stability;
@@ -92,30 +84,14 @@ impl Exhibit for Panels {
         let (right, below) = (size[0] - width, size[1] - height);
         let mut picture = Picture::filled(size, heat::BACKGROUND);
         picture.paste(shot.frame, [0, 0]);
-        picture.paste(&clay(&truth, shot.camera), [right, 0]);
-        picture.paste(&clay(shot.aov, shot.camera), [0, below]);
+        picture.paste(&clay::of(&truth, shot.camera), [right, 0]);
+        picture.paste(&clay::of(shot.aov, shot.camera), [0, below]);
         picture.paste(&heat::map(shot.aov, &truth, shot.camera), [right, below]);
         // The colours' scale, along the heat map's lower edge where there is room for it.
         let strip = height / 24;
         picture.paste(&heat::strip([width, strip]), [right, size[1] - strip]);
         (picture, figures)
     }
-}
-
-/// Matt grey under a light that goes with the camera: nothing but the surface's own normal, and the same formula for
-/// both of them.
-fn clay(aov: &Aov, camera: &Camera) -> Picture {
-    let to_light = (camera.transform.matrix3 * TO_LIGHT).normalize().as_vec3();
-    Picture::of([aov.width, aov.height], |i| {
-        if !aov.depth[i].is_finite() {
-            return BEHIND_CLAY;
-        }
-        // Half Lambert: what is turned away from the light keeps its relief.
-        let facing = 0.5 + 0.5 * Vec3::from(aov.normal[i]).dot(to_light);
-        let light = 0.02 + 0.7 * facing * facing;
-        // sRGB's curve is nearly this power.
-        [(255.0 * light.powf(1.0 / 2.2)).round() as u8; 3]
-    })
 }
 
 /// One line: the scene, its figures, and whether they are those of the exact march.
@@ -142,7 +118,10 @@ mod tests {
     use super::*;
     use crate::app::testing::empty_scene;
     use glam::DAffine3;
-    use prism_engine::scene::Projection;
+    use prism_engine::{
+        aov::Aov,
+        scene::{Camera, Projection},
+    };
 
     fn camera() -> Camera {
         let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
@@ -158,16 +137,6 @@ mod tests {
     }
 
     #[test]
-    fn clay_is_bright_toward_the_light_and_black_nowhere() {
-        let normals = [TO_LIGHT.as_vec3().normalize(), Vec3::Z, -TO_LIGHT.as_vec3(), Vec3::ZERO];
-        let mut aov = Aov::missed(4, 1);
-        (aov.depth, aov.normal) = (vec![1.0, 1.0, 1.0, f32::INFINITY], normals.map(|n| n.to_array()).to_vec());
-        let grey: Vec<u8> = clay(&aov, &camera()).pixels.iter().map(|p| p[0]).collect();
-        assert!(grey[0] > grey[1] && grey[1] > grey[2] && grey[2] > 20, "{grey:?}");
-        assert_eq!(grey[3], BEHIND_CLAY[0]);
-    }
-
-    #[test]
     fn the_panels_stand_where_they_should() {
         let size = [9, 101];
         let [width, height] = Panels.frame_size(size).unwrap();
@@ -175,12 +144,12 @@ mod tests {
         let mut aov = Aov::missed(width, height);
         aov.depth[0] = 1.0;
         let (scene, camera) = (empty_scene(), camera());
-        let shot = Shot { name: "none", scene: &scene, camera: &camera, frame: &frame, aov: &aov };
+        let shot = Shot { name: "none", scene: &scene, camera: &camera, frame: &frame, aov: &aov, variants: &[] };
         let (picture, figures) = Panels.compose(&shot, size);
         let at = |x: usize, y: usize| <[u8; 3]>::try_from(&picture.pixels[y * 9 + x][..3]).unwrap();
         assert_eq!((at(0, 0), at(3, 49)), ([1, 2, 3], [1, 2, 3]), "the frame");
-        assert_eq!((at(5, 0), at(8, 49)), (BEHIND_CLAY, BEHIND_CLAY), "an empty reference");
-        assert_ne!(at(0, 51), BEHIND_CLAY, "a surface in clay");
+        assert_eq!((at(5, 0), at(8, 49)), (clay::BEHIND, clay::BEHIND), "an empty reference");
+        assert_ne!(at(0, 51), clay::BEHIND, "a surface in clay");
         assert_eq!((at(5, 51), at(6, 51)), (heat::GHOST, heat::BACKGROUND), "the heat map");
         assert_eq!((at(5, 100), at(8, 100)), (heat::SCALE[0], heat::SCALE[7]), "the scale");
         assert!(figures.starts_with("none: 0 pixels") && figures.ends_with("missed"), "{figures}");

@@ -12,6 +12,7 @@ MarchSettings march_settings() {
     settings.min_steps = int(material.march.x);
     settings.max_steps = int(material.march.y);
     settings.refine_steps = int(material.march.z);
+    settings.tolerance = material.classic.x;
     settings.map_size = height_size();
     settings.two_sided = hits_from_behind();
     settings.step_limit = int(material.march.w >> 1);

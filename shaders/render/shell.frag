@@ -13,6 +13,7 @@
 #include "render/height_field.glsl"
 #include "render/other_fields.glsl"
 #include "shell/march.glsl"
+#include "render/dither.glsl"
 #include "render/march_settings.glsl"
 #endif
 #include "render/shell_shade.glsl"

@@ -22,7 +22,9 @@ layout(location = 3) in vec4 in_tangent;
 layout(location = 4) in vec2 in_height_uv;
 #include "render/height_field.glsl"
 #include "shell/plane.glsl"
+#include "shell/normals.glsl"
 #endif
+#include "render/dither.glsl"
 
 vec3 toward_eye(Object object, vec3 position) {
     return object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
@@ -46,14 +48,22 @@ void main() {
     // Seen from behind, heights turn inside out.
     float scale = facing * material.displacement.x;
     vec2 height_uv = in_height_uv;
-#ifdef MARCH_TRACES
+#ifdef MARCH_MOVES
     vec2 range = facing * material.displacement.zw;
     PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
                                   int(material.march.x), int(material.march.y), int(material.march.z),
-                                  int(material.march.w >> 1));
+                                  int(material.march.w >> 1), material.classic.x);
     vec3 direction = normalize(-toward_eye(object, position));
-    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal));
+    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal, material.classic.y));
     count_limits(hit.limits);
+#ifdef HORIZON
+    // Where the base surface turns edge-on only what is high enough stands out before what lies behind it.
+    float turned = clamp(1.0 - abs(dot(direction, normal)) / max(material.horizon.z, 1e-3), 0.0, 1.0);
+    float cut = clamp(pow(turned, material.horizon.w) * material.horizon.x, 0.0, 1.0);
+    if (height_at(hit.uv, 0.0) - material.horizon.y < cut) {
+        discard;
+    }
+#endif
 #ifdef UV_BOUNDS
     if (any(lessThan(hit.uv, material.uv_bounds.xy)) || any(greaterThan(hit.uv, material.uv_bounds.zw))) {
         discard;
@@ -67,7 +77,9 @@ void main() {
         at[i].uv += pixels.x * at[i].dx + pixels.y * at[i].dy;
     }
     height_uv = hit.uv;
+#ifdef MARCH_TRACES
     level = facing * hit.t;
+#endif
 #ifdef SELF_SHADOW
     vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
@@ -75,7 +87,7 @@ void main() {
         light_arriving(lights.item[i], world, toward);
         vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
         visibility.light[i] = dot(toward_mesh, normal) > 0.0
-            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal))
+            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal, 1e-3))
             : 0.0;
     }
 #endif
@@ -84,12 +96,10 @@ void main() {
     position += direction * hit.t / (along < 0.0 ? min(along, -1e-3) : max(along, 1e-3));
 #endif
 #endif
-    vec2 gradient = scale * height_gradient(height_uv, 0.0);
-    vec3 slope = gradient * jacobian;
 #ifdef MARCH_TRACES
-    geometric = normal - slope;
+    geometric = normal - scale * height_gradient(height_uv, 0.0) * jacobian;
 #endif
-    normal = normalize(normal - slope);
+    normal = normalize(normal - scale * shading_gradient(height_uv) * jacobian);
 #endif
     geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
     MaterialPoint m = material_at(at);
@@ -125,6 +135,15 @@ void main() {
     gl_FragDepth = buffer_depth(view_depth);
 #endif
 #ifndef DEPTH_ONLY
+#ifdef DEPTH_SHIFT
+    // Along the ray, away from the eye; what is shaded stays where it is.
+    float share = 1.0;
+#ifdef DITHER
+    share = pixel_noise();
+#endif
+    float shifted = view_depth - share * material.classic.z * dot(surface.view, frame.forward.xyz);
+    gl_FragDepth = buffer_depth(max(shifted, frame.lens.z));
+#endif
 #ifdef HAS_HEIGHT
     float height = level / material.displacement.x + material.displacement.y;
 #else

@@ -10,6 +10,7 @@
 #include "render/height_field.glsl"
 #include "render/other_fields.glsl"
 #include "shell/march.glsl"
+#include "render/dither.glsl"
 #include "render/march_settings.glsl"
 #include "render/walk_access.glsl"
 #include "shell/walk.glsl"

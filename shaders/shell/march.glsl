@@ -1,8 +1,8 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_RELIEF, MARCH_NONE or neither (POM) chooses
-// the search. Cost: prism_trace solves three quadratics; each linear step is three quadratics, one reciprocal and one
+// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_NONE or one of those of shell/refine.glsl
+// chooses the search. Cost: prism_trace solves three quadratics; each linear step is three quadratics, one reciprocal and one
 // height.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
@@ -25,7 +25,8 @@ struct Prism {
 struct MarchSettings {
     float scale, midlevel;
     int min_steps, max_steps; // linear steps in one prism: about one a texel of path, between these
-    int refine_steps;         // bisections (relief)
+    int refine_steps;         // see Refinement
+    float tolerance;          // secant: of the height's range
     vec2 map_size;            // texels: height_size()
     bool two_sided;           // hits from behind count
     int step_limit;           // exact: steps in one prism before it gives up, as a multiple of the cells on the way
@@ -192,44 +193,43 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
     return hit;
 }
 #else
-// Height of the path over the field at `along` of the interval.
-float clearance_along(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, float along) {
-    float t = mix(entry.t, leave.t, along);
-    return t - surface_level(settings, chord ? mix(entry.uv, leave.uv, along) : path_uv(path, t));
+struct SearchPath {
+    MarchSettings settings;
+    UvPath path;
+    PathEnd entry, leave;
+    bool chord;
+};
+
+float clearance(SearchPath on, float along) {
+    float t = mix(on.entry.t, on.leave.t, along);
+    return t - surface_level(on.settings, on.chord ? mix(on.entry.uv, on.leave.uv, along) : path_uv(on.path, t));
 }
+
+#include "shell/refine.glsl"
 
 // Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
 float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
              inout int limits) {
+    SearchPath on = SearchPath(settings, path, entry, leave, chord);
+    Refinement by = Refinement(settings.refine_steps, settings.tolerance * settings.scale);
     float texels = length((leave.uv - entry.uv) * settings.map_size);
     int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
-    float a = 0.0, fa = entry.t - surface_level(settings, entry.uv);
-    for (int i = 1; i <= steps; ++i) {
-        float b = float(i) / float(steps);
-        float fb = i == steps ? leave.t - surface_level(settings, leave.uv)
-                              : clearance_along(settings, path, entry, leave, chord, b);
-        if ((fb >= 0.0) != above) {
+    int count = sample_count(steps);
+    float start = search_start();
+    Bracket x;
+    x.a = 0.0;
+    x.fa = entry.t - surface_level(settings, entry.uv);
+    for (int i = 1; i <= count; ++i) {
+        x.b = sample_at(i, steps, start);
+        x.fb = i == count ? leave.t - surface_level(settings, leave.uv) : clearance(on, x.b);
+        if ((x.fb >= 0.0) != above) {
             if (above || settings.two_sided) {
-#ifdef MARCH_RELIEF
-                for (int r = 0; r < settings.refine_steps; ++r) {
-                    float m = 0.5 * (a + b);
-                    float fm = clearance_along(settings, path, entry, leave, chord, m);
-                    if ((fm >= 0.0) == above) {
-                        a = m;
-                        fa = fm;
-                    } else {
-                        b = m;
-                        fb = fm;
-                    }
-                }
-#endif
-                // Linear between the last two samples: all of POM, and what is left of the bracket for relief.
-                return mix(a, b, fa == fb ? 0.5 : clamp(fa / (fa - fb), 0.0, 1.0));
+                return refined(on, by, x, above);
             }
             above = true;
         }
-        a = b;
-        fa = fb;
+        x.a = x.b;
+        x.fa = x.fb;
     }
     return NO_HIT;
 }

@@ -15,7 +15,8 @@ struct PlaneMarch {
     float scale, midlevel; // level = (height - midlevel) * scale; negative scale: seen from behind
     float t0, t1;          // range of levels
     int min_steps, max_steps, refine_steps;
-    int step_limit; // exact: see MarchSettings
+    int step_limit;  // exact: see MarchSettings
+    float tolerance; // secant: of the height's range
 };
 
 struct PlaneHit {
@@ -34,12 +35,12 @@ mat3x2 uv_jacobian(vec3 position_x, vec3 position_y, vec2 uv_x, vec2 uv_y, vec3 
                   inverse * (r1.z * uv_x + r2.z * uv_y));
 }
 
-// The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero:
-// there the plane is seen edge-on and the approximation has no answer.
-PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal) {
+// The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero, at
+// `least`: there the plane is seen edge-on and the approximation has no answer.
+PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal, float least) {
     direction = normalize(direction);
     float along = dot(direction, normal);
-    float cosine = max(abs(along), 1e-3);
+    float cosine = max(abs(along), least);
     vec3 tangential = direction - along * normal;
     return PlaneRay(uv, jacobian * tangential / (along < 0.0 ? -cosine : cosine), cosine);
 }
@@ -72,33 +73,39 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     float t = mix(march.t1, march.t0, min(exact_hit(curve, field, limit), 1.0));
     return PlaneHit(t, ray.uv + t * ray.slope, limit == 0 ? 1 : 0);
 }
+#elif defined(MARCH_OFFSET)
+// No ray: the view direction's tangential part times the height of the point itself. Without the division by the cosine
+// the shift never exceeds the height: offset limiting (Kaneko et al. 2001; Welsh 2004).
+PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
+    float t = plane_level(march, ray.uv);
+    return PlaneHit(t, ray.uv + t * ray.cosine * ray.slope, 0);
+}
 #else
+struct SearchPath {
+    PlaneMarch march;
+    PlaneRay ray;
+};
+
+float clearance(SearchPath path, float at) {
+    float t = mix(path.march.t1, path.march.t0, at);
+    return t - plane_level(path.march, path.ray.uv + t * path.ray.slope);
+}
+
+#include "shell/refine.glsl"
+
 // From the top of the range down to the field. Always ends in a hit: at the bottom at the latest.
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
+    SearchPath path = SearchPath(march, ray);
     int steps = plane_steps(march, ray.cosine);
-    float a = march.t1, fa = a - plane_level(march, ray.uv + a * ray.slope);
-    float b = a, fb = fa;
-    for (int i = 1; i <= steps && fb > 0.0; ++i) {
-        a = b;
-        fa = fb;
-        b = mix(march.t1, march.t0, float(i) / float(steps));
-        fb = b - plane_level(march, ray.uv + b * ray.slope);
+    float start = search_start();
+    float top = clearance(path, 0.0);
+    Bracket x = Bracket(0.0, top, 0.0, top);
+    for (int i = 1; i <= sample_count(steps) && x.fb > 0.0; ++i) {
+        x = Bracket(x.b, x.fb, sample_at(i, steps, start), 0.0);
+        x.fb = clearance(path, x.b);
     }
-#ifdef MARCH_RELIEF
-    for (int r = 0; r < march.refine_steps; ++r) {
-        float m = 0.5 * (a + b);
-        float fm = m - plane_level(march, ray.uv + m * ray.slope);
-        if (fm > 0.0) {
-            a = m;
-            fa = fm;
-        } else {
-            b = m;
-            fb = fm;
-        }
-    }
-#endif
-    float denominator = fa - fb;
-    float t = mix(a, b, denominator > 0.0 ? clamp(fa / denominator, 0.0, 1.0) : 1.0);
+    Refinement by = Refinement(march.refine_steps, march.tolerance * abs(march.scale));
+    float t = mix(march.t1, march.t0, x.fb > 0.0 ? 1.0 : refined(path, by, x, true));
     return PlaneHit(t, ray.uv + t * ray.slope, 0);
 }
 #endif

@@ -327,6 +327,7 @@ void main() {
     settings.min_steps = 4;
     settings.max_steps = 64;
     settings.refine_steps = 4;
+    settings.tolerance = 0.01;
     settings.map_size = vec2(map_size);
     settings.two_sided = false;
     settings.step_limit = 16;

@@ -6,7 +6,7 @@ use super::layout::{BoxNode, Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
 use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
-use crate::settings::Settings;
+use crate::settings::{Horizon, Settings};
 use crate::shell::{
     hierarchy,
     prisms::{self, MAX_OTHERS},
@@ -106,6 +106,8 @@ impl PrimitiveData {
             data.height_size = Vec4::new(width, height, 0.0, 0.0);
             data.displacement = Vec4::new(scale as f32, d.midlevel as f32, low as f32, high as f32);
             let [least, greatest] = uv_bounds(primitive, &height_uv);
+            let least = settings.uv_min.map_or(least, Vec2::from);
+            let greatest = settings.uv_max.map_or(greatest, Vec2::from);
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
         }
         for (slot, other) in data.others.iter_mut().zip(&planned.shell.others) {
@@ -230,6 +232,14 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
             settings.refine_steps,
             u32::from(material.double_sided) + 2 * settings.step_limit,
         ),
+        classic: {
+            let shift = material.depth_offset.map_or(0.0, |offset| offset.distance);
+            Vec4::new(settings.tolerance, settings.least_cosine(), shift as f32, 0.0)
+        },
+        horizon: {
+            let Horizon { strength, bias, safe_threshold, falloff } = settings.horizon;
+            Vec4::new(strength, bias, safe_threshold, falloff)
+        },
         base_color_uv: rows(material.base_color),
         metallic_roughness_uv: rows(material.metallic_roughness),
         normal_uv: rows(material.normal.map(|(t, _)| t)),

@@ -186,8 +186,13 @@ shared! {
         uv_bounds: Vec4,
         /// Texels of the height map.
         height_size: Vec4,
-        /// Fewest and most linear steps, bisections; 1 if two-sided, plus twice the exact march's step limit.
+        /// Fewest and most linear steps, refinements; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
+        /// Of the classic marches: the secant's tolerance, of the height's range; the least cosine of a ray. z: a plain
+        /// surface's depth offset, world units.
+        classic: Vec4,
+        /// Horizon clipping: strength, bias, safe threshold, falloff.
+        horizon: Vec4,
         /// Scale, midlevel and texels of each other field that its walls meet.
         others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).
@@ -296,7 +301,15 @@ mod tests {
         shadowed.extend(defines(&["SELF_SHADOW", "SHADOW_REENTRY"]));
         shadowed.push(("SHADOWED_LIGHTS", "1".into()));
         let mut surface = shell.clone();
-        surface.extend(defines(&["MARCH_TRACES", "UV_BOUNDS", "DEPTH_OFFSET", "SELF_SHADOW", "SHADOW_MAPS"]));
+        surface.extend(defines(&[
+            "MARCH_TRACES",
+            "MARCH_MOVES",
+            "UV_BOUNDS",
+            "HORIZON",
+            "DEPTH_OFFSET",
+            "SELF_SHADOW",
+            "SHADOW_MAPS",
+        ]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
         let none = Vec::new();
         let mut seen = BTreeSet::new();

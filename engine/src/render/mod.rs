@@ -3,6 +3,7 @@
 
 mod aov;
 pub mod baseline;
+mod blue_noise;
 pub mod deform;
 mod geometry;
 pub mod layout;

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use super::shadow;
 use super::variant::{Geometry, Height, Pass, Variant};
 use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
-use crate::settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -193,6 +193,7 @@ fn plan_draws(
         geometry: Geometry::Surface,
         textures: textures(material),
         height: None,
+        depth_shift: material.depth_offset.filter(|_| settings.depth_offset).map(|offset| offset.dither),
         alpha_mask: material.alpha_cutoff.is_some(),
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
@@ -227,7 +228,10 @@ fn plan_draws(
         });
         let shadows = settings.self_shadow != SelfShadow::Off;
         let plain = Variant { shadowed_lights: if shadows { shadowed_lights(scene) } else { 0 }, ..plain };
-        let outlines = Variant { height, mirrored: false, double_sided: false, ..plain };
+        let outlines = Variant { height, depth_shift: None, mirrored: false, double_sided: false, ..plain };
+        if plain.depth_shift.is_some() {
+            plan.notices.push(format!("material '{}': its depth offset is left out beside a shell", material.name));
+        }
         if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
             let deforms = geometry.deforms && stage == Stage::Mesh;
@@ -296,6 +300,9 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         other_procedures: [None; MAX_OTHERS],
         march: settings.march,
         uv_bounds: parallax && settings.silhouette == Silhouette::UvBounds,
+        horizon: parallax && settings.silhouette == Silhouette::Horizon,
+        dither: settings.dither && settings.march.steps(),
+        normals: if shell { Normals::Gather } else { settings.normals },
         depth_offset: parallax && settings.depth_offset,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
         ambient_occlusion: settings.ambient_occlusion,

@@ -5,6 +5,7 @@ use std::collections::{HashMap, hash_map::Entry};
 use glam::DVec3;
 
 use super::baseline::{Drawable, MicroMesh};
+use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
@@ -30,6 +31,8 @@ pub struct Images {
     samplers: HashMap<SceneSampler, Sampler>,
     /// For gathers: the filter is the shader's own.
     height_samplers: HashMap<[Wrap; 2], Sampler>,
+    /// Blue noise, where something is dithered.
+    noise: Option<(Image, Sampler)>,
     /// Min-max pyramids of height maps, for the exact march.
     pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
     /// Ambient occlusion of height fields, by mesh and primitive: it follows from their scale and proportions too.
@@ -72,6 +75,11 @@ impl Images {
                 }
             }
         }
+        if self.noise.is_none() && plan.draws.iter().any(|draw| draw.variant.dithers()) {
+            let desc = image_desc("blue noise", [blue_noise::SIDE as u32; 2], vk::Format::R8_UNORM);
+            let image = uploader.image(&desc, &blue_noise::texels())?;
+            self.noise = Some((image, height_sampler(ctx, [Wrap::Repeat; 2])?));
+        }
         uploader.finish()?;
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
@@ -105,6 +113,9 @@ impl Images {
                 Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
             })
             .collect();
+        if let Some((image, sampler)) = self.noise.as_ref().filter(|_| variant.dithers()) {
+            bindings.push(("blue_noise", Binding::Image(image, sampler)));
+        }
         if let (Some(height), Some(map)) = (variant.height, own_map(material)) {
             let (image, sampler) = self.height(map, height.wrap);
             bindings.push(("height_map", Binding::Image(image, sampler)));

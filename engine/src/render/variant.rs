@@ -4,7 +4,7 @@
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::{Procedure, Wrap};
-use crate::settings::{March, Stage};
+use crate::settings::{March, Normals, Stage};
 use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
@@ -79,6 +79,12 @@ pub struct Height {
     pub march: March,
     /// Discard outside the primitive's UV bounds.
     pub uv_bounds: bool,
+    /// Discard low fragments where the base surface turns edge-on.
+    pub horizon: bool,
+    /// Dithered start of the linear search.
+    pub dither: bool,
+    /// Shading normals of a base surface.
+    pub normals: Normals,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
     /// Rays toward the lights.
@@ -102,6 +108,8 @@ pub struct Variant {
     pub textures: [Option<u8>; 5],
     /// Height field, if the draw reads one.
     pub height: Option<Height>,
+    /// Moves the depth of a plain surface, dithered or not.
+    pub depth_shift: Option<bool>,
     /// alphaMode MASK.
     pub alpha_mask: bool,
     /// Culls nothing.
@@ -157,6 +165,7 @@ impl Variant {
         let [base_color, ..] = self.textures;
         Variant {
             pass: Pass::Light,
+            depth_shift: None,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
@@ -179,6 +188,11 @@ impl Variant {
     /// Which sides of its triangles show.
     pub fn sides(&self) -> Sides {
         Sides { double: self.double_sided, mirrored: self.mirrored }
+    }
+
+    /// Whether it reads blue noise.
+    pub fn dithers(&self) -> bool {
+        self.depth_shift == Some(true) || self.height.is_some_and(|height| height.dither)
     }
 
     /// The pipeline's debug name.
@@ -223,13 +237,24 @@ impl Variant {
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);
+        flag("DITHER", self.dithers());
+        flag("DEPTH_SHIFT", self.depth_shift.is_some());
         if let Some(height) = self.height {
             flag("HAS_HEIGHT", true);
             flag("MARCH_TRACES", height.march.traces());
+            flag("MARCH_MOVES", height.march.moves());
+            flag("MARCH_OFFSET", height.march == March::Offset);
+            flag("MARCH_STEEP", height.march == March::Steep);
             flag("MARCH_RELIEF", height.march == March::Relief);
+            flag("MARCH_SECANT", height.march == March::Secant);
+            flag("MARCH_CONTACT", height.march == March::Contact);
             flag("MARCH_EXACT", height.march == March::Exact);
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
+            flag("HORIZON", height.horizon);
+            flag("DITHERED_START", height.dither);
+            flag("NORMALS_4_TAP", height.normals == Normals::FourTap);
+            flag("NORMALS_SOBEL", height.normals == Normals::Sobel);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("SELF_SHADOW", height.self_shadow);
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);

@@ -1,11 +1,11 @@
-//! The `displacement` extras of a material (DESIGN section 2).
+//! The extras of a material: `displacement` (DESIGN section 2), `depthOffset`.
 
 use glam::DAffine2;
 use gltf::json::{Index, extras::RawValue};
 use serde_json::{Map, Value};
 
 use super::{
-    Displacement, HeightSource, Procedure, Wrap,
+    DepthOffset, Displacement, HeightSource, Procedure, Wrap,
     document::Document,
     image::Images,
     texture::{self, Info, TRANSFORM},
@@ -14,25 +14,50 @@ use crate::error::{Error, Result};
 
 const ROLE: &str = "displacement texture";
 
-/// Reads a material's extras; `by` names the material. Extras without a `displacement` are somebody else's.
+/// Reads a material's extras; `by` names the material. Extras without these are somebody else's.
 pub(super) fn import(
     doc: &Document,
     by: &str,
     extras: &RawValue,
     images: &mut Images,
     notices: &mut Vec<String>,
-) -> Result<Option<Displacement>> {
+) -> Result<(Option<Displacement>, Option<DepthOffset>)> {
     let extras: Value = serde_json::from_str(extras.get())
         .map_err(|error| doc.error(by, format!("its extras cannot be understood ({error})"), "correct them"))?;
-    let request = match extras.get("displacement") {
-        None | Some(Value::Null) => return Ok(None),
-        Some(Value::Object(request)) => request,
-        Some(other) => {
-            return Err(wrong_type(doc, by, "extras.displacement", other, "an object"));
-        }
+    let request = |name: &str| match extras.get(name) {
+        None | Some(Value::Null) => Ok(None),
+        Some(Value::Object(request)) => Ok(Some(request)),
+        Some(other) => Err(wrong_type(doc, by, &format!("extras.{name}"), other, "an object")),
     };
-    let fields = Fields { doc, by, path: "extras.displacement", fields: request };
-    let source = source(&fields, notices)?;
+    match (request("displacement")?, request("depthOffset")?) {
+        (None, None) => Ok((None, None)),
+        (Some(fields), None) => {
+            let fields = Fields { doc, by, path: "extras.displacement", fields };
+            Ok((Some(displacement(&fields, images, notices)?), None))
+        }
+        (None, Some(fields)) => {
+            let fields = Fields { doc, by, path: "extras.depthOffset", fields };
+            Ok((None, Some(depth_offset(&fields, notices)?)))
+        }
+        (Some(_), Some(_)) => Err(doc.error(
+            by,
+            "its extras have both 'displacement' and 'depthOffset', but displaced detail has a depth of its own",
+            "keep one of them",
+        )),
+    }
+}
+
+fn depth_offset(fields: &Fields, notices: &mut Vec<String>) -> Result<DepthOffset> {
+    fields.notice_unknown(&["distance", "dither"], notices);
+    let distance = fields.number("distance")?.filter(|&distance| distance >= 0.0).ok_or_else(|| {
+        fields.doc.error(fields.by, "its extras.depthOffset has no 'distance' of at least 0", "give it in world units")
+    })?;
+    Ok(DepthOffset { distance, dither: fields.flag("dither")?.unwrap_or(true) })
+}
+
+fn displacement(fields: &Fields, images: &mut Images, notices: &mut Vec<String>) -> Result<Displacement> {
+    let Fields { doc, by, .. } = *fields;
+    let source = source(fields, notices)?;
     // A texture brings its own.
     let tex_coord = matches!(source, Source::Procedure(..)).then_some("texCoord");
     let known = ["texture", "scale", "relative", "midlevel", "border", "procedural"].into_iter().chain(tex_coord);
@@ -75,7 +100,7 @@ pub(super) fn import(
             (HeightSource::Procedure(procedure), [Wrap::Repeat; 2], tex_coord, DAffine2::IDENTITY)
         }
     };
-    Ok(Some(Displacement { source, wrap, tex_coord, transform, scale, relative, midlevel, border_wall }))
+    Ok(Displacement { source, wrap, tex_coord, transform, scale, relative, midlevel, border_wall })
 }
 
 /// Where the heights come from, before any image is decoded.

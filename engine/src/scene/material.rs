@@ -30,6 +30,7 @@ impl Default for Material {
             alpha_cutoff: None,
             double_sided: false,
             displacement: None,
+            depth_offset: None,
         }
     }
 }
@@ -80,9 +81,9 @@ pub(super) fn import(
     let metallic_roughness = user.info("metallic-roughness texture", pbr.metallic_roughness_texture.as_ref(), false)?;
     let emissive = user.info("emissive texture", source.emissive_texture.as_ref(), true)?;
     let alpha_cutoff = alpha_cutoff(source, &user, notices)?;
-    let displacement = match &source.extras {
+    let (displacement, depth_offset) = match &source.extras {
         Some(extras) => displacement::import(doc, &by, extras, images, notices)?,
-        None => None,
+        None => (None, None),
     };
     Ok(Material {
         name,
@@ -98,6 +99,7 @@ pub(super) fn import(
         alpha_cutoff,
         double_sided: source.double_sided,
         displacement,
+        depth_offset,
     })
 }
 

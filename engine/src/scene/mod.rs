@@ -3,6 +3,7 @@
 //! [`load`] reads a glTF file into a [`Scene`]; [`Scene::with_defaults`] adds the camera and the light that it lacks.
 
 mod accessor;
+mod adjust;
 mod ambient;
 mod bounds;
 mod camera;
@@ -25,6 +26,7 @@ mod triangles;
 mod uri;
 mod weld;
 
+pub use adjust::Adjustment;
 pub use ambient::Ambient;
 pub use camera::frame;
 pub use import::load;
@@ -117,6 +119,20 @@ pub enum Wrap {
     Clamp,
 }
 
+impl Wrap {
+    /// Every mode.
+    pub const ALL: &'static [Wrap] = &[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        }
+    }
+}
+
 /// glTF sampler of a colour texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sampler {
@@ -185,6 +201,17 @@ pub struct Material {
     pub double_sided: bool,
     /// Displacement, if the material asks for it.
     pub displacement: Option<Displacement>,
+    /// Depth offset of a plain surface, if the material asks for it.
+    pub depth_offset: Option<DepthOffset>,
+}
+
+/// The `depthOffset` extras of a material that is not displaced: its depth moves away from the eye, its shading does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthOffset {
+    /// World units along the view ray, ≥ 0.
+    pub distance: f64,
+    /// Each pixel goes a random part of it, so that surfaces blend where they meet.
+    pub dither: bool,
 }
 
 /// The `displacement` extras of a material (DESIGN section 2).

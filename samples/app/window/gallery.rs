@@ -7,7 +7,6 @@ use std::{
 };
 
 use prism_engine::{
-    aov::Aov,
     error::Result,
     gpu::{Access, CommandEncoder, Context, Image, ImageDesc, Uploader, vk},
     scene::{Camera, Scene},
@@ -17,7 +16,7 @@ use winit::window::Window;
 
 use crate::app::{
     picture::Picture,
-    sample::{Exhibit, Shot},
+    sample::{Drawn, Exhibit, Shot},
 };
 
 /// What an exhibit shows: it stays right until this changes.
@@ -115,12 +114,20 @@ impl Gallery {
     }
 
     /// Begins to compose `subject`'s exhibit, and has `window` drawn again when it is done.
-    pub fn begin(&mut self, subject: Subject, scene: Arc<Scene>, frame: Picture, aov: Aov, window: Arc<Window>) {
+    pub fn begin(
+        &mut self,
+        subject: Subject,
+        scene: Arc<Scene>,
+        drawn: Drawn,
+        variants: Vec<Drawn>,
+        window: Arc<Window>,
+    ) {
         let (sender, receiver) = mpsc::channel();
         let (exhibit, wanted) = (self.exhibit, subject.clone());
         thread::spawn(move || {
             let Subject { name, camera, size, .. } = &wanted;
-            let shot = Shot { name, scene: &scene, camera, frame: &frame, aov: &aov };
+            let Drawn { frame, aov } = &drawn;
+            let shot = Shot { name, scene: &scene, camera, frame, aov, variants: &variants };
             // A window that has been closed meanwhile waits for nothing.
             let _ = sender.send(exhibit.compose(&shot, *size));
             window.request_redraw();

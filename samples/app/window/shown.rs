@@ -34,7 +34,7 @@ use crate::app::{
     offscreen::Offscreen,
     picture::Picture,
     png,
-    sample::{Moment, Pose},
+    sample::{Drawn, Moment, Pose},
 };
 
 /// Two: the CPU records one frame while the GPU runs the other; more would only add delay to the mouse.
@@ -295,9 +295,19 @@ impl<'a> Shown<'a> {
         let Some(size) = self.gallery.as_mut().and_then(|gallery| gallery.wants_shot(subject)) else { return Ok(()) };
         let frame = self.draw_offscreen(moment, size)?;
         let aov = self.drawing.renderer().read_aov()?;
+        let mut variants = Vec::new();
+        let settings = &subject.settings;
+        for variant in self.job.sample.exhibit().map_or_else(Vec::new, |exhibit| exhibit.variants(settings)) {
+            self.drawing.set_settings(&variant)?;
+            let frame = self.draw_offscreen(moment, size)?;
+            variants.push(Drawn { frame, aov: self.drawing.renderer().read_aov()? });
+        }
+        if !variants.is_empty() {
+            self.drawing.set_settings(settings)?;
+        }
         let scene = self.drawing.loaded().scene.clone();
         if let Some(gallery) = &mut self.gallery {
-            gallery.begin(subject.clone(), scene, frame, aov, self.window.clone());
+            gallery.begin(subject.clone(), scene, Drawn { frame, aov }, variants, self.window.clone());
         }
         Ok(())
     }

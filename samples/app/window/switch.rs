@@ -21,7 +21,8 @@ pub fn with_next_march(settings: &Settings) -> Settings {
     let shelled = settings.resolved_shell() != Shell::Off;
     let at = March::ALL.iter().position(|&march| march == settings.march).unwrap_or(0);
     let march = March::ALL.iter().cycle().skip(at + 1).find(|march| !shelled || march.traces());
-    let mut next = Settings { march: march.copied().unwrap_or(settings.march), ..settings.clone() };
+    let march = march.copied().unwrap_or(settings.march);
+    let mut next = Settings { march, refine_steps: march.usual_refine_steps(), ..settings.clone() };
     if !next.march.traces() {
         // Both need a traced ray.
         (next.silhouette, next.self_shadow) = (Silhouette::None, SelfShadow::Off);

@@ -1,0 +1,79 @@
+//! Flags that give displaced materials other values draw what a file with these values draws.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Frame, Gltf, Lens, Map, Shape, Wrap, draw, folder};
+use serde_json::json;
+
+const SIZE: &str = "--size 96x72";
+
+/// A sheet over a noisy map, turned around or not.
+fn sheet(flipped: bool, wrap: Wrap, displacement: serde_json::Value) -> Gltf {
+    let texels = (0..48u16).map(|i| i.wrapping_mul(40503) ^ 0x5a5a);
+    let texels: Vec<u16> = texels.map(|texel| if flipped { u16::MAX - texel } else { texel }).collect();
+    let mut gltf = Gltf::new();
+    let material = gltf.displaced("sheet", &Map::sixteen(8, &texels), [wrap; 2], displacement);
+    let mesh = gltf.mesh("Sheet", &Shape::sheet(1.0, [-0.2, 0.1], [1.4, 1.2]), material);
+    gltf.node(json!({ "mesh": mesh }));
+    gltf.camera(&Lens::at([0.9, -1.6, 1.4], [0.0, 0.0, 0.0]));
+    gltf
+}
+
+fn frame(scene: &Path, flags: &str) -> Frame {
+    let folder = folder();
+    draw("render", scene).words(&format!("{SIZE} {flags} --aov frame.exr")).within(folder.path()).succeeds();
+    Frame::read(&folder.path().join("frame.exr"))
+}
+
+#[test]
+fn flags_draw_what_a_file_of_these_values_draws() {
+    let folder = folder();
+    let (from, to) = (folder.path().join("from"), folder.path().join("to"));
+    for path in [&from, &to] {
+        std::fs::create_dir(path).expect("a folder");
+    }
+    let plain = sheet(false, Wrap::Repeat, json!({ "scale": 0.2, "midlevel": 0.5 })).write(&from);
+    let mut wanted = sheet(true, Wrap::Mirror, json!({ "scale": 0.4, "midlevel": 0.75, "relative": true }));
+    wanted.set(
+        "/materials/0/extras/displacement/texture/extensions",
+        json!({ "KHR_texture_transform": { "scale": [2.0, 0.5], "offset": [0.25, -0.125] } }),
+    );
+    wanted.set("/extensionsUsed", json!(["KHR_texture_transform"]));
+    let wanted = wanted.write(&to);
+    let flags = "--height-flip on --wrap mirror --height-scale 0.4 --relative on --midlevel 0.75 --uv-scale 2,0.5 \
+                 --uv-offset 0.25,-0.125";
+    for way in ["--shell walk", "--shell prism --march relief", "--shell off"] {
+        let (asked, there) = (frame(&plain, &format!("{way} {flags}")), frame(&wanted, way));
+        let (asked, there) = (asked.aov(), there.aov());
+        let covered = there.depth.iter().filter(|depth| depth.is_finite()).count();
+        assert!(covered > 1000, "{way}: {covered} pixels");
+        // A flipped 16-bit texel is one in f32 too but for its last bits.
+        let off = |i: usize| there.depth[i] != asked.depth[i] && (there.depth[i] - asked.depth[i]).abs() >= 1e-4;
+        let wrong = (0..there.depth.len()).filter(|&i| off(i)).count();
+        println!("{way}: {covered} pixels, {wrong} differ");
+        assert!(wrong <= 2, "{way}: {wrong} pixels differ");
+        if way != "--shell walk" {
+            continue;
+        }
+        let unasked = frame(&plain, way).aov();
+        let changed = (0..there.depth.len()).filter(|&i| unasked.depth[i] != there.depth[i]).count();
+        assert!(changed > 1000, "the flags are to change something");
+    }
+}
+
+#[test]
+fn what_cannot_be_adjusted_is_refused() {
+    let folder = folder();
+    let mut gltf = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 }));
+    gltf.remove("/materials/0/extras/displacement/texture");
+    gltf.set("/materials/0/extras/displacement/procedural", json!("bricks"));
+    let scene = gltf.write(folder.path());
+    let refused = draw("render", &scene).words("--height-flip on").within(folder.path()).run().ends(1);
+    refused.complains(&["sheet", "function"]);
+    draw("render", &scene).words("--size 16x16 --midlevel 1").within(folder.path()).succeeds();
+    gltf.remove("/materials/0/extras");
+    let scene = gltf.write(folder.path());
+    draw("render", &scene).words("--midlevel 1").within(folder.path()).run().ends(1).complains(&["displacement"]);
+}
