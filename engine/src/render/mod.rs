@@ -3,6 +3,7 @@
 
 mod aov;
 pub mod baseline;
+pub mod cones;
 pub mod deform;
 mod geometry;
 pub mod layout;

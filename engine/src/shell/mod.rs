@@ -3,6 +3,7 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod cones;
 pub mod prisms;
 pub mod reference;
 pub mod walk;
