@@ -2,8 +2,9 @@
 //! recorded into a command buffer that the caller hands over, so that another engine can embed it.
 
 mod aov;
+pub mod bake;
 pub mod baseline;
-pub mod cones;
+mod cones;
 pub mod deform;
 mod geometry;
 pub mod layout;

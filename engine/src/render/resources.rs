@@ -1,6 +1,7 @@
 //! What a plan has on the GPU: images, buffers and descriptor sets.
 
 use std::collections::{HashMap, hash_map::Entry};
+use std::path::Path;
 
 use glam::DVec3;
 
@@ -50,7 +51,7 @@ impl Images {
             }
             for (map, wrap) in height_maps(scene, &plan.primitives[draw.primitive], &draw.variant) {
                 if let Entry::Vacant(entry) = self.heights.entry(map) {
-                    entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
+                    entry.insert(upload_height(ctx, &mut uploader, &scene.file, &scene.height_maps[map])?);
                 }
                 if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
                     entry.insert(height_sampler(ctx, wrap)?);
@@ -122,13 +123,13 @@ fn height_maps(scene: &Scene, planned: &PlannedPrimitive, variant: &Variant) -> 
 }
 
 /// Refuses an image that the device cannot hold.
-fn check_size(ctx: &Context, scene: &Scene, name: &str, extent: [u32; 2]) -> Result<()> {
+fn check_size(ctx: &Context, file: &Path, name: &str, extent: [u32; 2]) -> Result<()> {
     let most = ctx.max_image_2d();
     if extent.iter().all(|n| *n <= most) {
         return Ok(());
     }
     Err(Error::input(
-        &scene.file,
+        file,
         format!("image '{name}'"),
         format!("{} x {} texels, and '{}' holds at most {most} a side", extent[0], extent[1], ctx.device_name()),
         "scale the image down",
@@ -138,15 +139,15 @@ fn check_size(ctx: &Context, scene: &Scene, name: &str, extent: [u32; 2]) -> Res
 fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: usize) -> Result<Image> {
     let image = &scene.images[index];
     let extent = [image.width, image.height];
-    check_size(ctx, scene, &image.name, extent)?;
+    check_size(ctx, &scene.file, &image.name, extent)?;
     let format = if image.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
     uploader.image_with_mips(&image_desc(&image.name, extent, format), &image.rgba)
 }
 
 /// At the depth of its file; where the device cannot sample 16-bit integers, as f32, which holds them exactly.
-fn upload_height(ctx: &Context, uploader: &mut Uploader, scene: &Scene, map: &HeightMap) -> Result<Image> {
+pub fn upload_height(ctx: &Context, uploader: &mut Uploader, file: &Path, map: &HeightMap) -> Result<Image> {
     let extent = [map.width, map.height];
-    check_size(ctx, scene, &map.name, extent)?;
+    check_size(ctx, file, &map.name, extent)?;
     match &map.texels {
         HeightTexels::U8(texels) => uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), texels),
         HeightTexels::U16(texels)
