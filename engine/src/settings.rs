@@ -39,6 +39,10 @@ pub enum March {
     Pom,
     /// Linear search, then bisection (Policarpo, Oliveira and Comba 2005).
     Relief,
+    /// Steps through the cones of a cone map (Dummer 2006); the first hit, with steps enough.
+    Cone,
+    /// Steps through wider cones that a ray may enter the field in, then bisection (Policarpo and Oliveira 2007).
+    RelaxedCone,
     /// The first hit to f32 rounding, through a min-max pyramid (DESIGN section 4).
     Exact,
 }
@@ -46,7 +50,12 @@ pub enum March {
 impl March {
     /// Whether the march follows a ray at all; a shell needs one that does.
     pub fn traces(self) -> bool {
-        matches!(self, March::Pom | March::Relief | March::Exact)
+        matches!(self, March::Pom | March::Relief | March::Cone | March::RelaxedCone | March::Exact)
+    }
+
+    /// Whether it needs a cone map, and hence heights that are one.
+    pub fn reads_cones(self) -> bool {
+        matches!(self, March::Cone | March::RelaxedCone)
     }
 }
 
@@ -121,9 +130,9 @@ pub struct Settings {
     pub march: March,
     /// Fewest linear steps: of a ray that looks straight down (base surface), of a prism (shell).
     pub min_steps: u32,
-    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell).
+    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell). Of cone marches, all steps.
     pub max_steps: u32,
-    /// Bisections after the linear search of [`March::Relief`].
+    /// Bisections after the linear search of [`March::Relief`], and in the last cone of [`March::RelaxedCone`].
     pub refine_steps: u32,
     /// Steps after which [`March::Exact`] gives up in one prism, per height map cell on its way (and 16 cells more).
     pub step_limit: u32,
@@ -191,7 +200,15 @@ macro_rules! names {
 
 names!(Stage { Auto = "auto", Mesh = "mesh", Geometry = "geometry" });
 names!(Shell { Auto = "auto", Off = "off", Prism = "prism", Walk = "walk" });
-names!(March { None = "none", Normal = "normal", Pom = "pom", Relief = "relief", Exact = "exact" });
+names!(March {
+    None = "none",
+    Normal = "normal",
+    Pom = "pom",
+    Relief = "relief",
+    Cone = "cone",
+    RelaxedCone = "relaxed-cone",
+    Exact = "exact",
+});
 names!(Silhouette { None = "none", UvBounds = "uv-bounds" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

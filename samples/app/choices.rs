@@ -23,13 +23,20 @@ pub fn settings(args: &LookArgs, base: &Settings) -> Result<Settings> {
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
         settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     }
-    if args.refine_steps.is_some() && settings.march != March::Relief {
-        return usage(format!("--refine-steps: march {} does not refine; use --march relief", settings.march));
+    if args.refine_steps.is_some() && !matches!(settings.march, March::Relief | March::RelaxedCone) {
+        return usage(format!(
+            "--refine-steps: march {} does not refine; use --march relief or relaxed-cone",
+            settings.march
+        ));
     }
     // The exact march needs none; its shadow rays on a base surface do.
     let takes_steps = settings.march != March::Exact || settings.self_shadow == SelfShadow::Hard;
     if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
+    }
+    // Their number of steps is the heights' to decide, up to the most.
+    if settings.march.reads_cones() && settings.self_shadow != SelfShadow::Hard && args.min_steps.is_some() {
+        return usage(format!("--min-steps: march {} takes no more steps than it needs; drop it", settings.march));
     }
     settings.stage = args.stage.unwrap_or(base.stage);
     settings.refine_steps = args.refine_steps.unwrap_or(base.refine_steps);
@@ -51,7 +58,7 @@ fn march_for(shelled: bool, base: &Settings) -> March {
 fn refuse_base_surface_flags(args: &LookArgs) -> Result<()> {
     if let Some(march) = args.march.filter(|march| !march.traces()) {
         return usage(format!(
-            "--march {march} traces no ray, and a shell needs one; use --march exact, relief or pom, or add --shell off"
+            "--march {march} traces no ray, and a shell needs one; use --march exact, cone, relief or pom, or add --shell off"
         ));
     }
     if let Some(silhouette) = args.silhouette.filter(|&silhouette| silhouette != Silhouette::None) {
@@ -155,6 +162,9 @@ mod tests {
             "--max-steps 4",
             "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
+            "--march cone --refine-steps 4",
+            "--march cone --min-steps 4",
+            "--shell off --march relaxed-cone --min-steps 4",
             "--min-steps 9 --max-steps 8",
             "--shell off --march normal --min-steps 4",
             "--shell off --march none --max-steps 4",
@@ -177,6 +187,9 @@ mod tests {
             "--shell off --march exact --self-shadow hard --max-steps 32",
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
+            "--march cone --max-steps 30",
+            "--shell off --march relaxed-cone --max-steps 30 --refine-steps 6",
+            "--shell off --march cone --self-shadow hard --min-steps 4",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

@@ -256,21 +256,21 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(Shell::ALL, Shell::name))]
     pub shell: Option<Shell>,
 
-    /// How a ray finds the surface; a shell needs pom, relief or exact [default: exact; pom with --shell off]
+    /// How a ray finds the surface; a shell needs one that traces: not none or normal [default: exact; pom with --shell off]
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
-    /// Fewest linear steps (not exact): of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// Fewest linear steps (pom, relief): of a ray straight down (base surface), of a prism (shell), 1 to 4096
     /// [default: 8, or --max-steps where that is less]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub min_steps: Option<u32>,
 
-    /// Most linear steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// Most steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
     /// [default: 64, or --min-steps where that is more]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
 
-    /// Bisections after relief's linear search, 0 to 64 [default: 8]
+    /// Bisections after relief's linear search and in relaxed-cone's last cone, 0 to 64 [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub refine_steps: Option<u32>,
 

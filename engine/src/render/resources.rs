@@ -9,8 +9,8 @@ use super::baseline::{Drawable, MicroMesh};
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
-use super::pyramid;
 use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
+use super::{cones, pyramid};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
@@ -18,6 +18,7 @@ use crate::gpu::{
 };
 use crate::scene::{HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{Baseline, March, Settings};
+use crate::shell::cones::ConeKind;
 
 /// Largest anisotropy of colour textures, where the device has the feature.
 const ANISOTROPY: f32 = 8.0;
@@ -32,6 +33,8 @@ pub struct Images {
     height_samplers: HashMap<[Wrap; 2], Sampler>,
     /// Min-max pyramids of height maps, for the exact march.
     pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
+    /// Cone maps of height maps, for the cone marches.
+    cones: HashMap<(usize, [Wrap; 2], ConeKind), Image>,
 }
 
 impl Images {
@@ -62,14 +65,23 @@ impl Images {
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
             let (Some(height), Some(map)) = (draw.variant.height, own_map(material)) else { continue };
-            if height.march != March::Exact {
-                continue;
-            }
+            let (image, sampler) = self.height(map, height.wrap);
             let key = (map, height.wrap);
-            if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(map, height.wrap);
+            if height.march == March::Exact && !self.pyramids.contains_key(&key) {
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
+                continue;
+            }
+            let Some(kind) = cone_kind(height.march) else { continue };
+            let key = (map, height.wrap, kind);
+            if !self.cones.contains_key(&key) {
+                let heights = &scene.height_maps[map];
+                let roots = cones::build(ctx, compiler, heights, (image, sampler), height.wrap, kind, |_| ())?;
+                let mut uploader = Uploader::new(ctx)?;
+                let name = format!("{} cones", heights.name);
+                let cones = upload_16_bits(ctx, &mut uploader, &name, image.extent(), &roots)?;
+                uploader.finish()?;
+                self.cones.insert(key, cones);
             }
         }
         Ok(())
@@ -96,6 +108,8 @@ impl Images {
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+            let cones = cone_kind(height.march).and_then(|kind| self.cones.get(&(map, height.wrap, kind)));
+            bindings.extend(cones.map(|cones| ("cone_map", Binding::Image(cones, sampler))));
         }
         if variant.height.is_some() {
             for (name, other) in OTHER_NAMES.into_iter().zip(&planned.shell.others) {
@@ -104,6 +118,15 @@ impl Images {
             }
         }
         bindings
+    }
+}
+
+/// The cones that a march reads.
+fn cone_kind(march: March) -> Option<ConeKind> {
+    match march {
+        March::Cone => Some(ConeKind::Plain),
+        March::RelaxedCone => Some(ConeKind::Relaxed),
+        _ => None,
     }
 }
 
@@ -150,18 +173,22 @@ pub fn upload_height(ctx: &Context, uploader: &mut Uploader, file: &Path, map: &
     check_size(ctx, file, &map.name, extent)?;
     match &map.texels {
         HeightTexels::U8(texels) => uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), texels),
-        HeightTexels::U16(texels)
-            if ctx.supports_format(vk::Format::R16_UNORM, vk::FormatFeatureFlags::SAMPLED_IMAGE) =>
-        {
-            let desc = image_desc(&map.name, extent, vk::Format::R16_UNORM);
-            uploader.image(&desc, bytemuck::cast_slice(texels))
-        }
-        HeightTexels::U16(texels) => {
-            let texels: Vec<f32> = texels.iter().map(|t| f32::from(*t) / 65535.0).collect();
-            let desc = image_desc(&map.name, extent, vk::Format::R32_SFLOAT);
-            uploader.image(&desc, bytemuck::cast_slice(&texels))
-        }
+        HeightTexels::U16(texels) => upload_16_bits(ctx, uploader, &map.name, extent, texels),
     }
+}
+
+fn upload_16_bits(
+    ctx: &Context,
+    uploader: &mut Uploader,
+    name: &str,
+    extent: [u32; 2],
+    texels: &[u16],
+) -> Result<Image> {
+    if ctx.supports_format(vk::Format::R16_UNORM, vk::FormatFeatureFlags::SAMPLED_IMAGE) {
+        return uploader.image(&image_desc(name, extent, vk::Format::R16_UNORM), bytemuck::cast_slice(texels));
+    }
+    let texels: Vec<f32> = texels.iter().map(|t| f32::from(*t) / 65535.0).collect();
+    uploader.image(&image_desc(name, extent, vk::Format::R32_SFLOAT), bytemuck::cast_slice(&texels))
 }
 
 fn image_desc(name: &str, extent: [u32; 2], format: vk::Format) -> ImageDesc<'_> {

@@ -175,6 +175,8 @@ impl Variant {
             flag("HAS_HEIGHT", true);
             flag("MARCH_TRACES", height.march.traces());
             flag("MARCH_RELIEF", height.march == March::Relief);
+            flag("MARCH_CONE", height.march.reads_cones());
+            flag("CONE_RELAXED", height.march == March::RelaxedCone);
             flag("MARCH_EXACT", height.march == March::Exact);
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);
