@@ -69,7 +69,9 @@ float search(ivec2 cell, vec4 own, ivec2 period, vec2 size, float steepest) {
                 if (max(abs(first.x), abs(first.y)) > 1) {
                     vec4 q = cell_at(node - pyramid_shift());
                     float bound = node_steepness(low, cell_range(q).y, cell_slopes(q), first, first, size);
-                    steepest = max(steepest, min(bound, far_steepness(own, q, first, size)));
+                    if (bound > steepest) {
+                        steepest = max(steepest, min(bound, far_steepness(own, q, first, size)));
+                    }
                 }
             }
         }

@@ -200,6 +200,7 @@ mod tests {
             (map([24, 24], wave), [Repeat, Repeat]),
             (map([19, 30], wave), [Clamp, Mirror]),
             (map([9, 26], |at| f64::from(u8::from(at[0] == 3 && at[1] % 13 == 5))), [Mirror, Clamp]),
+            (map([14, 9], &mut random), [Clamp, Clamp]),
             (map([1, 1], |_| 0.5), [Repeat, Clamp]),
         ] {
             for kind in [ConeKind::Plain, ConeKind::Relaxed] {

@@ -72,7 +72,7 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 }
 
 /// The first material whose heights are a function that a drawn primitive shows.
-fn procedural<'a>(scene: &'a Scene) -> Option<(&'a Material, Procedure)> {
+fn procedural(scene: &Scene) -> Option<(&Material, Procedure)> {
     let primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
     let materials =
         primitives.filter(|p| prisms::displacement(scene, p).is_some()).map(|p| &scene.materials[p.material]);

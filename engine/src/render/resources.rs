@@ -65,7 +65,7 @@ impl Images {
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
             let (Some(height), Some(map)) = (draw.variant.height, own_map(material)) else { continue };
-            let (image, sampler) = self.height(map, height.wrap);
+            let (image, sampler) = (&self.heights[&map], &self.height_samplers[&height.wrap]);
             let key = (map, height.wrap);
             if height.march == March::Exact && !self.pyramids.contains_key(&key) {
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
@@ -73,15 +73,14 @@ impl Images {
                 continue;
             }
             let Some(kind) = cone_kind(height.march) else { continue };
-            let key = (map, height.wrap, kind);
-            if !self.cones.contains_key(&key) {
+            if let Entry::Vacant(entry) = self.cones.entry((map, height.wrap, kind)) {
                 let heights = &scene.height_maps[map];
                 let roots = cones::build(ctx, compiler, heights, (image, sampler), height.wrap, kind, |_| ())?;
                 let mut uploader = Uploader::new(ctx)?;
                 let name = format!("{} cones", heights.name);
                 let cones = upload_16_bits(ctx, &mut uploader, &name, image.extent(), &roots)?;
                 uploader.finish()?;
-                self.cones.insert(key, cones);
+                entry.insert(cones);
             }
         }
         Ok(())

@@ -100,13 +100,19 @@ impl Heights {
         // Beyond one period in UV no height can be out of reach of a cone of ratio 1.
         for y in -self.size[1] - 1..=self.size[1] + 1 {
             for x in -self.size[0] - 1..=self.size[0] + 1 {
-                if x.abs() > 1 || y.abs() > 1 {
-                    let far = self.cell([at[0] + x, at[1] + y]);
-                    steepest = steepest.max(self.far(kind, &cell, &far, [x, y]));
+                let far = [at[0] + x, at[1] + y];
+                if (x.abs() > 1 || y.abs() > 1) && self.counts(far) {
+                    steepest = steepest.max(self.far(kind, &cell, &self.cell(far), [x, y]));
                 }
             }
         }
         steepest
+    }
+
+    /// Whether a cell can ask for what no other asks for. Where the map is clamped, the cells beyond its outermost ones
+    /// repeat them, and those are nearer.
+    fn counts(&self, at: [i64; 2]) -> bool {
+        (0..2).all(|axis| self.wrap[axis] != Wrap::Clamp || (-1..self.size[axis]).contains(&at[axis]))
     }
 
     /// Steepness over a cell and the eight around it.
@@ -192,8 +198,8 @@ impl Cell {
     /// Slope along u and v at a corner.
     fn slope_at(&self, corner: usize, size: [i64; 2]) -> [f64; 2] {
         let [a, b, c, d] = self.corners;
-        let u = if corner / 2 == 0 { b - a } else { d - c };
-        let v = if corner % 2 == 0 { c - a } else { d - b };
+        let u = if corner >> 1 == 0 { b - a } else { d - c };
+        let v = if corner & 1 == 0 { c - a } else { d - b };
         [u * size[0] as f64, v * size[1] as f64]
     }
 }
