@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // The steepness of a cone over each cell of a tile of the height map: a search for the cell that asks for most.
 //
-// The nodes that could ask for more than has been found are opened, the child nearest to the cell first: what is near is
-// mostly what counts, and soon bounds the rest away (cf. Valasek and Bán, Quick Cone Map Generation on the GPU, 2022).
+// The nodes that could ask for more than has been found are opened, the child nearest to the cell first: what is near
+// is mostly what counts, and soon bounds the rest away (cf. Valasek and Bán, Quick Cone Map Generation on the GPU, 2022).
 // Node k of level L covers cells k 2^L to (k + 1) 2^L - 1 of one period of the map, those past its end left out; in a
 // clamped map the first one is the cell before the first texel.
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -85,7 +85,7 @@ float cone_search(ConeRay ray, ConeSettings settings, inout bool above, inout in
         float twist = h.x - h.y - h.z + h.w;
         vec2 slope = vec2(h.y - h.x + twist * f.y, h.z - h.x + twist * f.x);
         float clearance = ray.z + at * ray.climb - (h.x + (h.y - h.x) * f.x + (h.z - h.x) * f.y + twist * f.x * f.y);
-        vec2 walls = mix((cell - ray.from) / ray.way, (cell + 1.0 - ray.from) / ray.way, greaterThan(ray.way, vec2(0.0)));
+        vec2 walls = (cell + vec2(greaterThan(ray.way, vec2(0.0))) - ray.from) / ray.way;
         float wall = min(abs(ray.way.x) > 0.0 ? walls.x : 1.0, abs(ray.way.y) > 0.0 ? walls.y : 1.0);
         wall = clamp(wall, at + nudge, 1.0);
 #ifdef CONE_RELAXED

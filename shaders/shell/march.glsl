@@ -1,9 +1,9 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_CONE (with shell/cone.glsl), MARCH_RELIEF, MARCH_NONE or neither (POM) chooses
-// the search. Cost: prism_trace solves three quadratics; each linear step is three quadratics, one reciprocal and one
-// height.
+// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_CONE (with shell/cone.glsl), MARCH_RELIEF,
+// MARCH_NONE or neither (POM) chooses the search. Cost: prism_trace solves three quadratics; each linear step is three
+// quadratics, one reciprocal and one height; a cone's step is two gathers.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 

@@ -1,7 +1,8 @@
 // The classic parallax techniques: the height field over the tangent plane of a base surface point.
 //
 // Near the point the surface is taken as flat, so the ray is straight in texture space: at level t above the plane its
-// coordinates are uv + t * slope. Needs the height hook `height_at` (exact: `height_size` too; cones: shell/cone.glsl). Cost: one height a step.
+// coordinates are uv + t * slope. Needs the height hook `height_at` (exact: `height_size` too; cones: shell/cone.glsl).
+// Cost: one height a step.
 #ifndef SHELL_PLANE_GLSL
 #define SHELL_PLANE_GLSL
 
