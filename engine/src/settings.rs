@@ -48,6 +48,10 @@ pub enum March {
     Secant,
     /// Linear search, then a finer one between its last two samples (Riccardi's contact refinement).
     Contact,
+    /// Steps through the cones of a cone map (Dummer 2006); the first hit, with steps enough.
+    Cone,
+    /// Steps through wider cones that a ray may enter the field in, then bisection (Policarpo and Oliveira 2007).
+    RelaxedCone,
     /// The first hit to f32 rounding, through a min-max pyramid (DESIGN section 4).
     Exact,
 }
@@ -65,17 +69,22 @@ impl March {
 
     /// Whether it begins with a linear search.
     pub fn steps(self) -> bool {
-        self.traces() && self != March::Exact
+        self.traces() && self != March::Exact && !self.reads_cones()
     }
 
     /// Whether [`Settings::refine_steps`] means anything to it.
     pub fn refines(self) -> bool {
-        matches!(self, March::Relief | March::Secant | March::Contact)
+        matches!(self, March::Relief | March::Secant | March::Contact | March::RelaxedCone)
     }
 
     /// The refinements that it takes unless told otherwise.
     pub fn usual_refine_steps(self) -> u32 {
         if self == March::Secant { 5 } else { 8 }
+    }
+
+    /// Whether it needs a cone map, and hence heights that are one.
+    pub fn reads_cones(self) -> bool {
+        matches!(self, March::Cone | March::RelaxedCone)
     }
 }
 
@@ -184,10 +193,11 @@ pub struct Settings {
     pub march: March,
     /// Fewest linear steps: of a ray that looks straight down (base surface), of a prism (shell).
     pub min_steps: u32,
-    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell).
+    /// Most linear steps: of a ray at grazing angle (base surface), of a prism (shell). Of cone marches, all steps.
     pub max_steps: u32,
     /// Steps after the linear search: bisections of [`March::Relief`], most steps of [`March::Secant`], fine linear steps
-    /// of [`March::Contact`].
+    /// of [`March::Contact`]; bisections in the last cone of
+    /// [`March::RelaxedCone`].
     pub refine_steps: u32,
     /// Distance of ray and field at which [`March::Secant`] is content, as a share of the height's range.
     pub tolerance: f32,
@@ -302,6 +312,8 @@ names!(March {
     Relief = "relief",
     Secant = "secant",
     Contact = "contact",
+    Cone = "cone",
+    RelaxedCone = "relaxed-cone",
     Exact = "exact",
 });
 names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });

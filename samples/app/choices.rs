@@ -31,7 +31,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     if args.refine_steps.is_some() && !settings.march.refines() {
         return usage(format!(
-            "--refine-steps: march {} does not refine; use --march relief, secant or contact",
+            "--refine-steps: march {} does not refine; use --march relief, secant, contact or relaxed-cone",
             settings.march
         ));
     }
@@ -44,6 +44,10 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
         return usage("--ambient-occlusion on: march none reads no heights; use another march".into());
     }
     settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
+    // Their number of steps is the heights' to decide, up to the most.
+    if settings.march.reads_cones() && settings.self_shadow != SelfShadow::Hard && args.min_steps.is_some() {
+        return usage(format!("--min-steps: march {} takes no more steps than it needs; drop it", settings.march));
+    }
     settings.stage = args.stage.unwrap_or(base.stage);
     let same = settings.march == base.march;
     let usual = if same { base.refine_steps } else { settings.march.usual_refine_steps() };
@@ -67,7 +71,7 @@ fn march_for(shelled: bool, base: &Settings) -> March {
 fn refuse_base_surface_flags(args: &LookArgs) -> Result<()> {
     if let Some(march) = args.march.filter(|march| !march.traces()) {
         return usage(format!(
-            "--march {march} traces no ray, and a shell needs one; use --march exact, relief or pom, or add --shell off"
+            "--march {march} traces no ray, and a shell needs one; use --march exact, cone, relief or pom, or add --shell off"
         ));
     }
     if let Some(silhouette) = args.silhouette.filter(|&silhouette| silhouette != Silhouette::None) {
@@ -169,6 +173,9 @@ mod tests {
             "--max-steps 4",
             "--shell off --march exact --min-steps 4",
             "--march pom --refine-steps 4",
+            "--march cone --refine-steps 4",
+            "--march cone --min-steps 4",
+            "--shell off --march relaxed-cone --min-steps 4",
             "--min-steps 9 --max-steps 8",
             "--march offset",
             "--dither on",
@@ -220,6 +227,9 @@ mod tests {
             "--shell off --silhouette uv-bounds --uv-min 0,0 --uv-max 2,1",
             "--march secant --tolerance 0.1 --refine-steps 2",
             "--shell off --march steep --silhouette uv-bounds",
+            "--march cone --max-steps 30",
+            "--shell off --march relaxed-cone --max-steps 30 --refine-steps 6",
+            "--shell off --march cone --self-shadow hard --min-steps 4",
         ] {
             resolve(flags).unwrap_or_else(|error| panic!("{flags}: {error}"));
         }

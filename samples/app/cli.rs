@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use super::{classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
-use prism_engine::settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation};
+use prism_engine::{
+    scene::Wrap,
+    settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation},
+};
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
 #[derive(Debug, Parser)]
@@ -26,6 +29,14 @@ N and B show the next and the last scene of a sample of several, \
 F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
+const BAKE_AFTER_HELP: &str = "\
+A cone's ratio is its radius in UV at height 1 over its tip, 1 at most. Its promise holds wherever the map is read, \
+nearest or bilinearly; the ratio is rounded down. As .png: 16-bit RGB, red the height, green the square root of the \
+ratio, blue 0. As .exr: 32-bit floats height.H and cone.R, the ratio itself.
+minmax, .exr only: a part per level, 'level 0' the finest, with channels min and max. Node k of level L spans the \
+texels k 2^L to (k + 1) 2^L along each axis, one less where the map is clamped, wrapped one by one; one node more than \
+the map needs holds what lies beyond its end.";
+
 /// The commands of this build.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -40,6 +51,9 @@ pub enum Command {
     Run(RunArgs),
     /// Renders one frame of a glTF file offscreen
     Render(RenderArgs),
+    /// Makes a cone map or a min-max pyramid of a height map, on the GPU
+    #[command(after_help = BAKE_AFTER_HELP)]
+    Bake(BakeArgs),
     /// Our fastest setting against the fastest pre-tessellated mesh of the same error, on a torus; a Markdown table
     Bench(BenchArgs),
 }
@@ -100,6 +114,72 @@ pub struct RenderArgs {
     /// What is common with `run`.
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// What can be baked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BakeKind {
+    /// No surface in a cone.
+    Cone,
+    /// A ray crosses the surface at most once in a cone.
+    RelaxedCone,
+    /// Least and greatest heights of blocks of texels.
+    MinMax,
+}
+
+impl BakeKind {
+    const ALL: &'static [BakeKind] = &[BakeKind::Cone, BakeKind::RelaxedCone, BakeKind::MinMax];
+
+    /// The word on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            BakeKind::Cone => "cone",
+            BakeKind::RelaxedCone => "relaxed-cone",
+            BakeKind::MinMax => "minmax",
+        }
+    }
+}
+
+/// `prism bake KIND IN.png OUT`.
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// What to make
+    #[arg(value_parser = words(BakeKind::ALL, BakeKind::name))]
+    pub kind: BakeKind,
+
+    /// The height map, an 8- or 16-bit PNG; its red channel counts
+    #[arg(value_name = "IN.png")]
+    pub input: PathBuf,
+
+    /// Where to: .png (cones only) or .exr
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+
+    /// How the map goes on beyond its edges
+    #[arg(long, default_value = "repeat", value_parser = words(WRAPS, wrap_name))]
+    pub wrap: Wrap,
+
+    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+
+    /// The validation layer's checks; a warning or an error fails the run
+    #[arg(long, default_value = "off", value_parser = words(Validation::ALL, Validation::name))]
+    pub validation: Validation,
+
+    /// Reads the shaders from this folder [default: those in the program]
+    #[arg(long, value_name = "DIR")]
+    pub shader_dir: Option<PathBuf>,
+}
+
+const WRAPS: &[Wrap] = &[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+fn wrap_name(wrap: Wrap) -> &'static str {
+    match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
 }
 
 /// `prism bench`.
@@ -188,18 +268,18 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
-    /// Fewest linear steps (not exact): of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// Fewest linear steps (pom, relief): of a ray straight down (base surface), of a prism (shell), 1 to 4096
     /// [default: 8, or --max-steps where that is less]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub min_steps: Option<u32>,
 
-    /// Most linear steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// Most steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
     /// [default: 64, or --min-steps where that is more]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_steps: Option<u32>,
 
-    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps, 0 to 64
-    /// [default: 8; secant 5]
+    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps; in the last
+    /// cone: relaxed-cone's bisections; 0 to 64 [default: 8; secant 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub refine_steps: Option<u32>,
 

@@ -1,6 +1,7 @@
 //! The application around the samples: command line, headless and window loop, output files.
 
 pub mod assets;
+mod bake;
 mod camera;
 mod choices;
 mod classic;
@@ -70,6 +71,7 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)
         }
+        Command::Bake(args) => bake::run(&args),
         Command::Bench(args) => crate::bench::run(&args),
     }
 }

@@ -15,10 +15,10 @@ use crate::app::{
 };
 
 /// Room for all cells and the reference.
-const GRID: Grid = Grid { columns: 4, rows: 3 };
+const GRID: Grid = Grid { columns: 5, rows: 3 };
 
 /// From the plainest to the finest, row by row.
-const CELLS: [(Shell, March); 11] = [
+const CELLS: [(Shell, March); 14] = [
     (Shell::Off, March::None),
     (Shell::Off, March::Normal),
     (Shell::Off, March::Offset),
@@ -27,8 +27,11 @@ const CELLS: [(Shell, March); 11] = [
     (Shell::Off, March::Relief),
     (Shell::Off, March::Secant),
     (Shell::Off, March::Contact),
+    (Shell::Off, March::Cone),
+    (Shell::Off, March::RelaxedCone),
     (Shell::Off, March::Exact),
     (Shell::Auto, March::Pom),
+    (Shell::Auto, March::Relief),
     (Shell::Auto, March::Exact),
 ];
 

@@ -1,4 +1,4 @@
-// The draw's height field: a procedure, or our height map with its pyramid.
+// The draw's height field: a procedure, or our height map with its pyramid or cones.
 #ifndef RENDER_HEIGHT_FIELD_GLSL
 #define RENDER_HEIGHT_FIELD_GLSL
 
@@ -17,6 +17,11 @@ vec2 height_size() {
 }
 
 #include "render/pyramid_access.glsl"
+#ifdef MARCH_CONE
+layout(set = 1, binding = 22) uniform sampler2D cone_map;
+#define CONE_MAP cone_map
+#include "shell/cone.glsl"
+#endif
 #endif
 
 #endif

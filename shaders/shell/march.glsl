@@ -1,9 +1,9 @@
 // The search for the height field along the exact curved path of a ray inside one prism.
 //
 // Needs shell/prism.glsl and the height hook: float height_at(vec2 uv, float lod), vec2 height_gradient(vec2, float).
-// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_NONE or one of those of shell/refine.glsl
-// chooses the search. Cost: prism_trace solves three quadratics; each linear step is three quadratics, one reciprocal and one
-// height.
+// MARCH_EXACT (with shell/exact.glsl or shell/exact_procedural.glsl), MARCH_CONE (with shell/cone.glsl), MARCH_NONE or one
+// of those of shell/refine.glsl chooses the search. Cost: prism_trace solves three quadratics; each linear step is three
+// quadratics, one reciprocal and one height; a cone's step is two gathers.
 #ifndef SHELL_MARCH_GLSL
 #define SHELL_MARCH_GLSL
 
@@ -141,6 +141,11 @@ bool follows_chord(float entry, float leave, float thickness) {
 
 const float NO_HIT = 2.0;
 
+// Control points of a quadratic over [a, b].
+vec3 over(vec3 q, float a, float b) {
+    return vec3(quadratic(q, a), q.x + 0.5 * q.y * (a + b) + q.z * a * b, quadratic(q, b));
+}
+
 #ifdef MARCH_NONE
 // No height is looked up: the base surface at level 0, which is what a walk costs at least.
 float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
@@ -150,11 +155,6 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
     return falls ? clamp(entry.t / (entry.t - leave.t), 0.0, 1.0) : NO_HIT;
 }
 #elif defined(MARCH_EXACT)
-// Control points of a quadratic over [a, b].
-vec3 over(vec3 q, float a, float b) {
-    return vec3(quadratic(q, a), q.x + 0.5 * q.y * (a + b) + q.z * a * b, quadratic(q, b));
-}
-
 // The path between two ends as a curve through the map's cells.
 Curve path_curve(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord) {
     Curve curve;
@@ -191,6 +191,48 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
     limits += limit == 0 ? 1 : 0;
     above = field.side > 0.0;
     return hit;
+}
+#elif defined(MARCH_CONE)
+// Cones take the ray as straight in (uv, t). The path is cut until no piece strays farther than this from its chord, in
+// texels, or is 1/64 of the interval.
+const float MOST_BEND = 0.125;
+const float LEAST_PIECE = 1.0 / 64.0;
+
+// How far uv(t), in texels, strays from its chord between levels a and b. Both, over the path's denominator, are cubics
+// in Bernstein form that agree at the ends; of what is left between, no weight is over 3/4.
+float path_bend(MarchSettings settings, UvPath path, float a, float b) {
+    vec3 w = over(path.w, a, b), u = over(path.u, a, b), v = over(path.v, a, b);
+    float least = w.y * w.x > 0.0 && w.y * w.z > 0.0 ? min(abs(w.x), min(abs(w.y), abs(w.z))) : 0.0;
+    vec2 from = vec2(u.x, v.x) / w.x, chord = vec2(u.z, v.z) / w.z - from;
+    vec2 middle = vec2(u.y, v.y) - w.y * from;
+    vec2 first = (2.0 * middle - w.x * chord) / 3.0, second = (2.0 * (middle - w.y * chord) + w.z * chord) / 3.0;
+    return 0.75 * max(length(first * settings.map_size), length(second * settings.map_size)) / max(least, 1e-37);
+}
+
+// Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
+float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout int limits) {
+    ConeSettings cones = ConeSettings(settings.refine_steps, settings.two_sided);
+    int steps = settings.max_steps;
+    float from = 0.0, piece = 1.0, inverse = 1.0 / settings.scale;
+    vec2 uv = entry.uv;
+    while (from < 1.0) {
+        float to = min(from + piece, 1.0);
+        float a = mix(entry.t, leave.t, from), b = mix(entry.t, leave.t, to);
+        if (!chord && piece > LEAST_PIECE && path_bend(settings, path, a, b) > MOST_BEND) {
+            piece *= 0.5;
+            continue;
+        }
+        vec2 end = to < 1.0 ? path_uv(path, b) : leave.uv;
+        ConeRay ray = cone_ray(uv, end, a * inverse + settings.midlevel, b * inverse + settings.midlevel);
+        float hit = cone_search(ray, cones, above, steps, limits);
+        if (hit <= 1.0) {
+            return mix(from, to, hit);
+        }
+        from = to;
+        uv = end;
+    }
+    return NO_HIT;
 }
 #else
 struct SearchPath {

@@ -1,7 +1,8 @@
 // The classic parallax techniques: the height field over the tangent plane of a base surface point.
 //
 // Near the point the surface is taken as flat, so the ray is straight in texture space: at level t above the plane its
-// coordinates are uv + t * slope. Needs the height hook `height_at` (exact: `height_size` too). Cost: one height a step.
+// coordinates are uv + t * slope. Needs the height hook `height_at` (exact: `height_size` too; cones: shell/cone.glsl).
+// Cost: one height a step.
 #ifndef SHELL_PLANE_GLSL
 #define SHELL_PLANE_GLSL
 
@@ -79,6 +80,18 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
 PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
     float t = plane_level(march, ray.uv);
     return PlaneHit(t, ray.uv + t * ray.cosine * ray.slope, 0);
+}
+#elif defined(MARCH_CONE)
+// From the top of the range down to the field, through cones. Always ends in a hit: at the bottom at the latest. Seen
+// from behind, the ray comes up to the heights from below them.
+PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
+    vec2 heights = vec2(march.t1, march.t0) / march.scale + march.midlevel;
+    ConeRay cone = cone_ray(ray.uv + march.t1 * ray.slope, ray.uv + march.t0 * ray.slope, heights.x, heights.y);
+    bool above = march.scale > 0.0;
+    int steps = march.max_steps, limits = 0;
+    float along = cone_search(cone, ConeSettings(march.refine_steps, true), above, steps, limits);
+    float t = mix(march.t1, march.t0, min(along, 1.0));
+    return PlaneHit(t, ray.uv + t * ray.slope, limits);
 }
 #else
 struct SearchPath {

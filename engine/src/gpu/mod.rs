@@ -44,7 +44,7 @@ pub use memory::{
 };
 pub use pipeline::{DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};
-pub use readback::{read_image, readback_buffer};
+pub use readback::{read_buffer, read_image, readback_buffer};
 pub use retire::Ticket;
 pub use select::{DeviceReport, list_devices};
 pub use shader::{BindingInfo, BlockMember, CompileStats, Reflection, Shader, ShaderCompiler, ShaderStage};

@@ -1,6 +1,7 @@
-//! Images back to the CPU.
+//! Images and buffers back to the CPU.
 
 use ash::vk;
+use bytemuck::Pod;
 
 use super::{
     access::Access,
@@ -47,4 +48,24 @@ pub fn read_image(ctx: &Context, image: &Image, current: Access) -> Result<Vec<u
     // Tiny images have a buffer of Vulkan's least size.
     bytes.truncate((u64::from(width) * u64::from(height) * texel) as usize);
     Ok(bytes)
+}
+
+/// The content of a buffer with `TRANSFER_SRC` usage. Waits for the GPU. `current` is the buffer's last access.
+pub fn read_buffer<T: Pod>(ctx: &Context, buffer: &Buffer, current: Access) -> Result<Vec<T>> {
+    let copy = Buffer::new(
+        ctx,
+        &BufferDesc {
+            name: &format!("readback of {}", buffer.name()),
+            size: buffer.size(),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            location: MemoryLocation::GpuToCpu,
+        },
+    )?;
+    run_once(ctx, |cmd| {
+        cmd.buffer_barrier(buffer, current, Access::TRANSFER_SRC);
+        cmd.copy_buffer(buffer, 0, &copy, 0, buffer.size());
+        cmd.buffer_barrier(&copy, Access::TRANSFER_DST, Access::HOST_READ);
+        Ok(())
+    })?;
+    copy.read()
 }

@@ -2,8 +2,10 @@
 //! recorded into a command buffer that the caller hands over, so that another engine can embed it.
 
 mod aov;
+pub mod bake;
 pub mod baseline;
 mod blue_noise;
+mod cones;
 pub mod deform;
 mod geometry;
 pub mod layout;
@@ -167,6 +169,7 @@ impl Renderer {
 
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
+        plan::check(&self.scene, settings)?;
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;

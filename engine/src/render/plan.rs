@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 
 use super::shadow;
 use super::variant::{Geometry, Height, Pass, Variant};
-use crate::scene::{Displacement, Instance, Material, Primitive, Scene, TextureRef};
+use crate::error::{Error, Result};
+use crate::scene::{Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
 use crate::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
@@ -89,6 +90,33 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
             .iter()
             .flat_map(|i| &scene.meshes[i.mesh].primitives)
             .any(|p| prisms::displacement(scene, p).is_some())
+}
+
+/// The first material whose heights are a function that a drawn primitive shows.
+fn procedural(scene: &Scene) -> Option<(&Material, Procedure)> {
+    let primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
+    let materials =
+        primitives.filter(|p| prisms::displacement(scene, p).is_some()).map(|p| &scene.materials[p.material]);
+    materials.filter_map(|material| Some((material, material.displacement?.source.procedure()?))).next()
+}
+
+/// Whether a march can be used in this scene: cones are of height maps.
+pub fn allows(scene: &Scene, march: March) -> bool {
+    !march.reads_cones() || procedural(scene).is_none()
+}
+
+/// Refuses settings that this scene cannot honour.
+pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
+    match procedural(scene).filter(|_| settings.march.reads_cones() && settings.baseline.is_none()) {
+        None => Ok(()),
+        Some((material, procedure)) => Err(Error::Usage(format!(
+            "--march {}: cone maps are made of height maps, and the heights of material '{}' are the function '{}'; use \
+             --march exact or relief",
+            settings.march,
+            material.name,
+            procedure.name()
+        ))),
+    }
 }
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
@@ -308,7 +336,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         ambient_occlusion: settings.ambient_occlusion,
         reenters: false,
         // Linear searches end by themselves.
-        count_limits: settings.count_limits && settings.march == March::Exact,
+        count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
     }
 }
 

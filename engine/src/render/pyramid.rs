@@ -7,7 +7,7 @@ use super::variant::wrap_defines;
 use crate::error::Result;
 use crate::gpu::{
     Access, Binding, Buffer, Context, DescriptorSet, Image, Pipeline, Sampler, ShaderCompiler, ShaderStage, Uploader,
-    run_once, vk,
+    read_buffer, run_once, vk,
 };
 use crate::scene::Wrap;
 
@@ -36,7 +36,33 @@ pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
     (0..=top).map(|level| cells.map(|n| n.div_ceil(1 << level) + 1)).collect()
 }
 
-/// Builds the pyramid of `map`, two dispatches a level, and waits for it.
+/// One level, as a file shall have it.
+pub struct Level {
+    /// Nodes along both axes.
+    pub size: [u32; 2],
+    /// Least and greatest height, 16 bits each, row by row.
+    pub bounds: Vec<[u16; 2]>,
+}
+
+/// All levels of the pyramid of `map`.
+pub fn levels(
+    ctx: &Context,
+    compiler: &ShaderCompiler,
+    map: &Image,
+    sampler: &Sampler,
+    wrap: [Wrap; 2],
+) -> Result<Vec<Level>> {
+    let (nodes, sizes) = nodes(ctx, compiler, map, sampler, wrap)?;
+    let items: Vec<u32> = read_buffer(ctx, &nodes, Access::COMPUTE_WRITE)?;
+    let level = |(level, size): (usize, [u32; 2])| {
+        let first = items[level] as usize;
+        let bounds = items[first..first + (size[0] * size[1]) as usize].iter();
+        Level { size, bounds: bounds.map(|node| [*node as u16, (node >> 16) as u16]).collect() }
+    };
+    Ok(sizes.into_iter().enumerate().map(level).collect())
+}
+
+/// Builds the pyramid of `map`, two dispatches a level, and waits for it: each node with its successors.
 pub fn build(
     ctx: &Context,
     compiler: &ShaderCompiler,
@@ -44,43 +70,25 @@ pub fn build(
     sampler: &Sampler,
     wrap: [Wrap; 2],
 ) -> Result<Buffer> {
-    let sizes = level_sizes(map.extent(), wrap);
-    let mut content = vec![0u32; LEVELS];
-    let mut end = LEVELS as u32;
-    for (i, [width, height]) in sizes.iter().enumerate() {
-        content[i] = end;
-        end += width * height;
-    }
-    content.resize(end as usize, 0);
+    let (nodes, sizes) = nodes(ctx, compiler, map, sampler, wrap)?;
     let mut uploader = Uploader::new(ctx)?;
-    // The transfer is for the test, which reads it back.
-    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
-    let nodes = uploader.buffer(&format!("{} nodes", map.name()), usage, &content)?;
-    let pairs = uploader.buffer(&format!("{} pyramid", map.name()), usage, &content)?;
+    let pairs = uploader.buffer(&format!("{} pyramid", map.name()), USAGE, &table(&sizes))?;
     uploader.finish()?;
-
-    let defines = wrap_defines(wrap);
-    let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &defines)?;
-    let pipeline = Pipeline::compute(ctx, "pyramid", &shader)?;
-    let bindings = [("height_map", Binding::Image(map, sampler)), ("pyramid", Binding::Buffer(&nodes))];
+    let shader = compiler.compile("render/pyramid_pairs.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
+    let pipeline = Pipeline::compute(ctx, "pyramid pairs", &shader)?;
+    let bindings = [
+        ("height_map", Binding::Image(map, sampler)),
+        ("pyramid", Binding::Buffer(&nodes)),
+        ("pairs", Binding::Buffer(&pairs)),
+    ];
     let set = DescriptorSet::new(ctx, &pipeline, 0, &bindings)?;
-    let shader = compiler.compile("render/pyramid_pairs.comp", ShaderStage::Compute, &defines)?;
-    let pairing = Pipeline::compute(ctx, "pyramid pairs", &shader)?;
-    let bindings = [("height_map", bindings[0].1), ("pyramid", bindings[1].1), ("pairs", Binding::Buffer(&pairs))];
-    let pairing_set = DescriptorSet::new(ctx, &pairing, 0, &bindings)?;
     run_once(ctx, |cmd| {
-        cmd.region("pyramid", |cmd| {
+        cmd.region("pyramid pairs", |cmd| {
+            cmd.buffer_barrier(&nodes, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
             cmd.bind_pipeline(&pipeline);
             cmd.bind_set(&pipeline, 0, &set);
             for (level, [width, height]) in (0..).zip(&sizes) {
                 cmd.push(&pipeline, &LevelBlock { level });
-                cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
-                cmd.buffer_barrier(&nodes, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
-            }
-            cmd.bind_pipeline(&pairing);
-            cmd.bind_set(&pairing, 0, &pairing_set);
-            for (level, [width, height]) in (0..).zip(&sizes) {
-                cmd.push(&pairing, &LevelBlock { level });
                 cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
             }
             cmd.buffer_barrier(&pairs, Access::COMPUTE_WRITE, Access::FRAGMENT_READ);
@@ -90,10 +98,58 @@ pub fn build(
     Ok(pairs)
 }
 
+/// The transfer is for those who read it back.
+const USAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
+    vk::BufferUsageFlags::STORAGE_BUFFER.as_raw() | vk::BufferUsageFlags::TRANSFER_SRC.as_raw(),
+);
+
+/// The table of offsets, and room for the nodes.
+fn table(sizes: &[[u32; 2]]) -> Vec<u32> {
+    let mut content = vec![0u32; LEVELS];
+    let mut end = LEVELS as u32;
+    for (i, [width, height]) in sizes.iter().enumerate() {
+        content[i] = end;
+        end += width * height;
+    }
+    content.resize(end as usize, 0);
+    content
+}
+
+/// The nodes of all levels, each for itself, and the levels' sizes.
+fn nodes(
+    ctx: &Context,
+    compiler: &ShaderCompiler,
+    map: &Image,
+    sampler: &Sampler,
+    wrap: [Wrap; 2],
+) -> Result<(Buffer, Vec<[u32; 2]>)> {
+    let sizes = level_sizes(map.extent(), wrap);
+    let mut uploader = Uploader::new(ctx)?;
+    let nodes = uploader.buffer(&format!("{} nodes", map.name()), USAGE, &table(&sizes))?;
+    uploader.finish()?;
+    let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
+    let pipeline = Pipeline::compute(ctx, "pyramid", &shader)?;
+    let bindings = [("height_map", Binding::Image(map, sampler)), ("pyramid", Binding::Buffer(&nodes))];
+    let set = DescriptorSet::new(ctx, &pipeline, 0, &bindings)?;
+    run_once(ctx, |cmd| {
+        cmd.region("pyramid", |cmd| {
+            cmd.bind_pipeline(&pipeline);
+            cmd.bind_set(&pipeline, 0, &set);
+            for (level, [width, height]) in (0..).zip(&sizes) {
+                cmd.push(&pipeline, &LevelBlock { level });
+                cmd.dispatch(width.div_ceil(GROUP), height.div_ceil(GROUP), 1);
+                cmd.buffer_barrier(&nodes, Access::COMPUTE_WRITE, Access::COMPUTE_WRITE);
+            }
+        });
+        Ok(())
+    })?;
+    Ok((nodes, sizes))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{BufferDesc, ContextDesc, ImageDesc, MemoryLocation};
+    use crate::gpu::{ContextDesc, ImageDesc};
     use crate::render::resources::height_sampler;
     use crate::render::shader_compiler;
     use crate::settings::Validation;
@@ -116,23 +172,6 @@ mod tests {
             }
         }
         found
-    }
-
-    fn read(ctx: &Context, buffer: &Buffer) -> Vec<u32> {
-        let desc = BufferDesc {
-            name: "pyramid copy",
-            size: buffer.size(),
-            usage: vk::BufferUsageFlags::TRANSFER_DST,
-            location: MemoryLocation::GpuToCpu,
-        };
-        let copy = Buffer::new(ctx, &desc).unwrap();
-        run_once(ctx, |cmd| {
-            cmd.copy_buffer(buffer, 0, &copy, 0, buffer.size());
-            cmd.buffer_barrier(&copy, Access::TRANSFER_DST, Access::HOST_READ);
-            Ok(())
-        })
-        .unwrap();
-        copy.read().unwrap()
     }
 
     /// Every pair of nodes bounds its texels; exactly so where its children do not lie past the end of the map.
@@ -165,7 +204,8 @@ mod tests {
             let map = uploader.image(&desc, bytemuck::cast_slice(&texels)).unwrap();
             uploader.finish().unwrap();
             let sampler = height_sampler(&ctx, wrap).unwrap();
-            let items = read(&ctx, &build(&ctx, &compiler, &map, &sampler, wrap).unwrap());
+            let pyramid = build(&ctx, &compiler, &map, &sampler, wrap).unwrap();
+            let items: Vec<u32> = read_buffer(&ctx, &pyramid, Access::COMPUTE_WRITE).unwrap();
 
             let shift = wrap.map(|w| i64::from(w == Wrap::Clamp));
             let size = size.map(i64::from);

@@ -1,6 +1,7 @@
 //! What a plan has on the GPU: images, buffers and descriptor sets.
 
 use std::collections::{HashMap, hash_map::Entry};
+use std::path::Path;
 
 use glam::DVec3;
 
@@ -9,8 +10,8 @@ use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
 use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
-use super::pyramid;
 use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
+use super::{cones, pyramid};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
@@ -18,7 +19,7 @@ use crate::gpu::{
 };
 use crate::scene::{HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{Baseline, March, Settings};
-use crate::shell::occlusion;
+use crate::shell::{cones::ConeKind, occlusion};
 
 /// Largest anisotropy of colour textures, where the device has the feature.
 const ANISOTROPY: f32 = 8.0;
@@ -39,6 +40,8 @@ pub struct Images {
     occlusions: HashMap<[usize; 2], Image>,
     /// For these.
     occlusion_samplers: HashMap<[Wrap; 2], Sampler>,
+    /// Cone maps of height maps, for the cone marches.
+    cones: HashMap<(usize, [Wrap; 2], ConeKind), Image>,
 }
 
 impl Images {
@@ -58,7 +61,7 @@ impl Images {
             }
             for (map, wrap) in height_maps(scene, &plan.primitives[draw.primitive], &draw.variant) {
                 if let Entry::Vacant(entry) = self.heights.entry(map) {
-                    entry.insert(upload_height(ctx, &mut uploader, scene, &scene.height_maps[map])?);
+                    entry.insert(upload_height(ctx, &mut uploader, &scene.file, &scene.height_maps[map])?);
                 }
                 if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
                     entry.insert(height_sampler(ctx, wrap)?);
@@ -84,14 +87,22 @@ impl Images {
         for draw in &plan.draws {
             let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
             let (Some(height), Some(map)) = (draw.variant.height, own_map(material)) else { continue };
-            if height.march != March::Exact {
-                continue;
-            }
+            let (image, sampler) = (&self.heights[&map], &self.height_samplers[&height.wrap]);
             let key = (map, height.wrap);
-            if !self.pyramids.contains_key(&key) {
-                let (image, sampler) = self.height(map, height.wrap);
+            if height.march == March::Exact && !self.pyramids.contains_key(&key) {
                 let pyramid = pyramid::build(ctx, compiler, image, sampler, height.wrap)?;
                 self.pyramids.insert(key, pyramid);
+                continue;
+            }
+            let Some(kind) = cone_kind(height.march) else { continue };
+            if let Entry::Vacant(entry) = self.cones.entry((map, height.wrap, kind)) {
+                let heights = &scene.height_maps[map];
+                let roots = cones::build(ctx, compiler, heights, (image, sampler), height.wrap, kind, |_| ())?;
+                let mut uploader = Uploader::new(ctx)?;
+                let name = format!("{} cones", heights.name);
+                let cones = upload_16_bits(ctx, &mut uploader, &name, image.extent(), &roots)?;
+                uploader.finish()?;
+                entry.insert(cones);
             }
         }
         Ok(())
@@ -121,6 +132,8 @@ impl Images {
             bindings.push(("height_map", Binding::Image(image, sampler)));
             let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
+            let cones = cone_kind(height.march).and_then(|kind| self.cones.get(&(map, height.wrap, kind)));
+            bindings.extend(cones.map(|cones| ("cone_map", Binding::Image(cones, sampler))));
         }
         if let Some(height) = variant.height.filter(|height| height.ambient_occlusion) {
             let image = &self.occlusions[&[planned.mesh, planned.primitive]];
@@ -134,6 +147,15 @@ impl Images {
             }
         }
         bindings
+    }
+}
+
+/// The cones that a march reads.
+fn cone_kind(march: March) -> Option<ConeKind> {
+    match march {
+        March::Cone => Some(ConeKind::Plain),
+        March::RelaxedCone => Some(ConeKind::Relaxed),
+        _ => None,
     }
 }
 
@@ -153,13 +175,13 @@ fn height_maps(scene: &Scene, planned: &PlannedPrimitive, variant: &Variant) -> 
 }
 
 /// Refuses an image that the device cannot hold.
-fn check_size(ctx: &Context, scene: &Scene, name: &str, extent: [u32; 2]) -> Result<()> {
+fn check_size(ctx: &Context, file: &Path, name: &str, extent: [u32; 2]) -> Result<()> {
     let most = ctx.max_image_2d();
     if extent.iter().all(|n| *n <= most) {
         return Ok(());
     }
     Err(Error::input(
-        &scene.file,
+        file,
         format!("image '{name}'"),
         format!("{} x {} texels, and '{}' holds at most {most} a side", extent[0], extent[1], ctx.device_name()),
         "scale the image down",
@@ -169,28 +191,18 @@ fn check_size(ctx: &Context, scene: &Scene, name: &str, extent: [u32; 2]) -> Res
 fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: usize) -> Result<Image> {
     let image = &scene.images[index];
     let extent = [image.width, image.height];
-    check_size(ctx, scene, &image.name, extent)?;
+    check_size(ctx, &scene.file, &image.name, extent)?;
     let format = if image.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
     uploader.image_with_mips(&image_desc(&image.name, extent, format), &image.rgba)
 }
 
 /// At the depth of its file; where the device cannot sample 16-bit integers, as f32, which holds them exactly.
-fn upload_height(ctx: &Context, uploader: &mut Uploader, scene: &Scene, map: &HeightMap) -> Result<Image> {
+pub fn upload_height(ctx: &Context, uploader: &mut Uploader, file: &Path, map: &HeightMap) -> Result<Image> {
     let extent = [map.width, map.height];
-    check_size(ctx, scene, &map.name, extent)?;
+    check_size(ctx, file, &map.name, extent)?;
     match &map.texels {
         HeightTexels::U8(texels) => uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), texels),
-        HeightTexels::U16(texels)
-            if ctx.supports_format(vk::Format::R16_UNORM, vk::FormatFeatureFlags::SAMPLED_IMAGE) =>
-        {
-            let desc = image_desc(&map.name, extent, vk::Format::R16_UNORM);
-            uploader.image(&desc, bytemuck::cast_slice(texels))
-        }
-        HeightTexels::U16(texels) => {
-            let texels: Vec<f32> = texels.iter().map(|t| f32::from(*t) / 65535.0).collect();
-            let desc = image_desc(&map.name, extent, vk::Format::R32_SFLOAT);
-            uploader.image(&desc, bytemuck::cast_slice(&texels))
-        }
+        HeightTexels::U16(texels) => upload_16_bits(ctx, uploader, &map.name, extent, texels),
     }
 }
 
@@ -201,6 +213,20 @@ fn bake_occlusion(uploader: &mut Uploader, scene: &Scene, planned: &PlannedPrimi
     let name = format!("{}.{} ambient occlusion", scene.meshes[planned.mesh].name, planned.primitive);
     let extent = map.size.map(|n| n as u32);
     uploader.image_with_mips(&image_desc(&name, extent, vk::Format::R8_UNORM), &map.texels)
+}
+
+fn upload_16_bits(
+    ctx: &Context,
+    uploader: &mut Uploader,
+    name: &str,
+    extent: [u32; 2],
+    texels: &[u16],
+) -> Result<Image> {
+    if ctx.supports_format(vk::Format::R16_UNORM, vk::FormatFeatureFlags::SAMPLED_IMAGE) {
+        return uploader.image(&image_desc(name, extent, vk::Format::R16_UNORM), bytemuck::cast_slice(texels));
+    }
+    let texels: Vec<f32> = texels.iter().map(|t| f32::from(*t) / 65535.0).collect();
+    uploader.image(&image_desc(name, extent, vk::Format::R32_SFLOAT), bytemuck::cast_slice(&texels))
 }
 
 fn image_desc(name: &str, extent: [u32; 2], format: vk::Format) -> ImageDesc<'_> {

@@ -248,6 +248,8 @@ impl Variant {
             flag("MARCH_RELIEF", height.march == March::Relief);
             flag("MARCH_SECANT", height.march == March::Secant);
             flag("MARCH_CONTACT", height.march == March::Contact);
+            flag("MARCH_CONE", height.march.reads_cones());
+            flag("CONE_RELAXED", height.march == March::RelaxedCone);
             flag("MARCH_EXACT", height.march == March::Exact);
             flag("MARCH_NONE", height.march == March::None);
             flag("UV_BOUNDS", height.uv_bounds);

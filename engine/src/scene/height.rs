@@ -1,10 +1,23 @@
 //! Height maps: PNG in, the red channel out, at the file's depth.
 
-use image::DynamicImage;
+use std::{fs, path::Path};
 
-use super::{HeightMap, HeightTexels};
+use image::{DynamicImage, ImageFormat};
+
+use super::{HeightMap, HeightTexels, image as images};
+use crate::error::{Error, Result};
 
 impl HeightMap {
+    /// Reads a PNG that no scene names.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = fs::read(path)
+            .map_err(|error| Error::input(path, "height map", format!("cannot be read: {error}"), "name a PNG file"))?;
+        let image = images::decode(&bytes, &[ImageFormat::Png])
+            .map_err(|refusal| Error::input(path, "height map", refusal.problem, refusal.mend))?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(HeightMap { name, width: image.width(), height: image.height(), texels: HeightTexels::of(&image) })
+    }
+
     /// The height of one texel, in [0, 1].
     ///
     /// # Panics

@@ -9,7 +9,7 @@ use super::{
     ColorImage, HeightMap, HeightTexels,
     accessor::{Buffers, folder},
     document::{Document, label},
-    uri,
+    uri::{self, Refusal},
 };
 use crate::error::{Error, Result};
 
@@ -80,39 +80,7 @@ impl<'a> Images<'a> {
     }
 
     fn decode(&self, index: usize, allowed: &[ImageFormat]) -> Result<DynamicImage> {
-        let bytes = self.bytes(index)?;
-        // The bytes decide: files with the wrong ending or MIME type are common.
-        let format = match image::guess_format(&bytes) {
-            Ok(format) if allowed.contains(&format) => format,
-            other => {
-                let found = other.map_or("is no image that is known".to_owned(), |format| format!("is {format:?}"));
-                let height = if allowed.len() == 1 { " as a height map" } else { "" };
-                return Err(self.error(
-                    index,
-                    format!("{found}, which cannot be read{height}"),
-                    if allowed.len() == 1 { "save it as PNG" } else { "save it as PNG or JPEG" },
-                ));
-            }
-        };
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MOST_TEXELS_PER_AXIS);
-        limits.max_image_height = Some(MOST_TEXELS_PER_AXIS);
-        limits.max_alloc = Some(MOST_BYTES);
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits);
-        let image = reader.decode().map_err(|error| {
-            let problem = format!("cannot be decoded ({error})");
-            match error {
-                image::ImageError::Limits(_) => {
-                    self.error(index, problem, format!("use at most {MOST_TEXELS_PER_AXIS} texels per axis and 2 GiB"))
-                }
-                _ => self.error(index, problem, "save it again; it may be truncated or corrupt"),
-            }
-        })?;
-        if image.width() == 0 || image.height() == 0 {
-            return Err(self.error(index, "has no texels", "save it again"));
-        }
-        Ok(image)
+        decode(&self.bytes(index)?, allowed).map_err(|refusal| self.error(index, refusal.problem, refusal.mend))
     }
 
     fn bytes(&self, index: usize) -> Result<Vec<u8>> {
@@ -141,4 +109,38 @@ impl<'a> Images<'a> {
         let file = image.uri.as_deref().and_then(uri::file_name);
         file.or_else(|| image.name.clone()).unwrap_or_else(|| format!("image {index}"))
     }
+}
+
+/// The image in a file's bytes, in one of the formats allowed.
+pub(super) fn decode(bytes: &[u8], allowed: &[ImageFormat]) -> std::result::Result<DynamicImage, Refusal> {
+    let refuse = |problem: String, mend: &str| Refusal { problem, mend: mend.to_owned() };
+    // The bytes decide: files with the wrong ending or MIME type are common.
+    let format = match image::guess_format(bytes) {
+        Ok(format) if allowed.contains(&format) => format,
+        other => {
+            let found = other.map_or("is no image that is known".to_owned(), |format| format!("is {format:?}"));
+            let height = if allowed.len() == 1 { " as a height map" } else { "" };
+            let mend = if allowed.len() == 1 { "save it as PNG" } else { "save it as PNG or JPEG" };
+            return Err(refuse(format!("{found}, which cannot be read{height}"), mend));
+        }
+    };
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MOST_TEXELS_PER_AXIS);
+    limits.max_image_height = Some(MOST_TEXELS_PER_AXIS);
+    limits.max_alloc = Some(MOST_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| {
+        let problem = format!("cannot be decoded ({error})");
+        match error {
+            image::ImageError::Limits(_) => {
+                refuse(problem, &format!("use at most {MOST_TEXELS_PER_AXIS} texels per axis and 2 GiB"))
+            }
+            _ => refuse(problem, "save it again; it may be truncated or corrupt"),
+        }
+    })?;
+    if image.width() == 0 || image.height() == 0 {
+        return Err(refuse("has no texels".to_owned(), "save it again"));
+    }
+    Ok(image)
 }

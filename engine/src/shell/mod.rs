@@ -3,6 +3,7 @@
 
 pub mod bounds;
 pub mod certificate;
+pub mod cones;
 pub mod heights;
 pub mod hierarchy;
 pub mod occlusion;

@@ -9,7 +9,7 @@ use std::{
 use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
-    render::Output,
+    render::{Output, plan},
     settings::{Settings, Shell, Stage},
 };
 use winit::{
@@ -208,7 +208,11 @@ impl<'a> Shown<'a> {
         match wish {
             Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
             Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
-            Wish::March => self.switch(switch::with_next_march(&settings)),
+            Wish::March => {
+                let scene = &self.drawing.loaded().scene;
+                let next = switch::with_next_march(&settings, |march| plan::allows(scene, march));
+                self.switch(next);
+            }
             Wish::Pause => {
                 self.clock.toggle_pause();
                 self.set_title();

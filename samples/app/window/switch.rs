@@ -16,11 +16,12 @@ pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
     next
 }
 
-/// The same settings with the next march that its shell allows.
-pub fn with_next_march(settings: &Settings) -> Settings {
+/// The same settings with the next march that its shell and its scene allow.
+pub fn with_next_march(settings: &Settings, scene_allows: impl Fn(March) -> bool) -> Settings {
     let shelled = settings.resolved_shell() != Shell::Off;
     let at = March::ALL.iter().position(|&march| march == settings.march).unwrap_or(0);
-    let march = March::ALL.iter().cycle().skip(at + 1).find(|march| !shelled || march.traces());
+    let mut after = March::ALL.iter().cycle().skip(at + 1).take(March::ALL.len());
+    let march = after.find(|march| (!shelled || march.traces()) && scene_allows(**march));
     let march = march.copied().unwrap_or(settings.march);
     let mut next = Settings { march, refine_steps: march.usual_refine_steps(), ..settings.clone() };
     if !next.march.traces() {
@@ -48,11 +49,12 @@ mod tests {
         for step in 0..64 {
             now = match step % 3 {
                 0 => with_shell(&now, if now.resolved_shell() == Shell::Off { Shell::Prism } else { Shell::Off }),
-                1 => with_next_march(&now),
+                1 => with_next_march(&now, |march| !march.reads_cones()),
                 _ => with_next_stage(&now, &[Stage::Geometry]),
             };
             assert!(now.resolved_shell() == Shell::Off || now.march.traces(), "{now:?}");
             assert_ne!(now.stage, Stage::Mesh, "the device has none");
+            assert!(!now.march.reads_cones(), "the scene has no height map");
         }
     }
 }
