@@ -99,7 +99,7 @@ fn borders_and_mips_are_those_of_a_map_that_has_them() {
         );
         wanted.set("/extensionsUsed", json!(["KHR_texture_transform"]));
         let wanted = wanted.write(&to);
-        for way in ["--shell walk", "--shell off --march secant"] {
+        for way in ["--shell prism --march pom", "--shell off --march secant"] {
             let [asked, there, unasked] = [(&plain, flags), (&wanted, ""), (&plain, "")]
                 .map(|(scene, flags)| frame(scene, &format!("{way} {flags}")).aov());
             let differs = |a: f32, b: f32| a != b && (a - b).abs() >= 1e-4;

@@ -5,7 +5,8 @@ mod common;
 
 use std::path::Path;
 
-use common::{Frame, WAYS, asset, draw, folder};
+use common::{Frame, Picture, WAYS, asset, draw, folder};
+use glam::DVec3;
 use prism_engine::{
     aov::Aov,
     measure::Metrics,
@@ -169,4 +170,60 @@ fn the_horizon_cuts_by_its_formula() {
         println!("horizon {strength} {bias} {threshold} {falloff}: {gone} pixels go, {wrong} wrong");
         assert!(wrong <= 5 && (gone > 100) == (strength > 0.0), "{flags}: {gone}, {wrong}");
     }
+}
+
+/// The floor's LOD in a pixel, seen from `eye` with the scene's own lens; none beside the floor. Its map has 512 texels in
+/// 2 units.
+fn floor_lod(eye: DVec3, x: usize, y: usize) -> Option<f64> {
+    let forward = -eye.normalize();
+    let (right, slope) = (DVec3::X, (0.698131701f64 / 2.0).tan());
+    let texel = |x: usize, y: usize| {
+        let [width, height] = SIZE.map(f64::from);
+        let across = (2.0 * (x as f64 + 0.5) - width) / height;
+        let up = 1.0 - 2.0 * (y as f64 + 0.5) / height;
+        let ray = forward + slope * (across * right + up * right.cross(forward));
+        let at = eye - ray * (eye.y / ray.y);
+        (ray.y < 0.0 && at.x.abs() < 1.0 && at.z.abs() < 1.0).then_some(256.0 * at)
+    };
+    let [here, beside, below] = [texel(x, y)?, texel(x + 1, y)?, texel(x, y + 1)?];
+    Some(here.distance(beside).max(here.distance(below)).log2())
+}
+
+/// Before the LOD it names all the detail is there, one LOD later none, in between a part that changes little by little.
+#[test]
+fn heights_fade_with_the_lod() {
+    const START: f64 = 3.5;
+    let eye = DVec3::new(0.0, 0.5, 2.4);
+    let folder = folder();
+    let picture = |flags: &str| {
+        let view = format!("--size {}x{} --eye 0,0.5,2.4 --target 0,0,0 --shell off", SIZE[0], SIZE[1]);
+        draw("render", asset("plane.gltf"))
+            .words(&format!("{view} {flags} --out a.png"))
+            .within(folder.path())
+            .succeeds();
+        Picture::read(&folder.path().join("a.png"))
+    };
+    let fading = |start: f64| picture(&format!("--march relief --lod-fade {start}"));
+    let [full, plain, faded, later] =
+        [picture("--march relief"), picture("--march none"), fading(START), fading(START + 1.0 / 32.0)];
+    // Pixels, largest difference and sum of differences where the LOD, past START, is in this range.
+    let between = |a: &Picture, b: &Picture, from: f64, to: f64| {
+        let differences = a.differences(b);
+        let pixels = (0..differences.len()).filter(|i| {
+            let lod = floor_lod(eye, i % SIZE[0] as usize, i / SIZE[0] as usize);
+            lod.is_some_and(|lod| (from..to).contains(&(lod - START)))
+        });
+        pixels.fold((0, 0, 0.0), |(count, most, sum), i| {
+            (count + 1, differences[i].max(most), sum + f64::from(differences[i]))
+        })
+    };
+    // A quad's derivatives are those of one of its pixels.
+    let (near, off, _) = between(&faded, &full, -9.0, -0.15);
+    assert!(near > 800 && off <= 1, "near: {near} pixels, off by {off}");
+    let (far, off, _) = between(&faded, &plain, 1.15, 9.0);
+    assert!(far > 200 && off <= 1, "far: {far} pixels, off by {off}");
+    let [whole, to_full, to_plain, step] =
+        [(&full, &plain), (&faded, &full), (&faded, &plain), (&faded, &later)].map(|(a, b)| between(a, b, 0.2, 0.8).2);
+    println!("{near} near, {far} far; between: {whole}, of which {to_full} and {to_plain}; a step {step}");
+    assert!(to_full > 0.2 * whole && to_plain > 0.2 * whole && step < 0.25 * whole);
 }
