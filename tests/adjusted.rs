@@ -13,8 +13,12 @@ const SIZE: &str = "--size 96x72";
 fn sheet(flipped: bool, wrap: Wrap, displacement: serde_json::Value) -> Gltf {
     let texels = (0..48u16).map(|i| i.wrapping_mul(40503) ^ 0x5a5a);
     let texels: Vec<u16> = texels.map(|texel| if flipped { u16::MAX - texel } else { texel }).collect();
+    sheet_of(&Map::sixteen(8, &texels), wrap, displacement)
+}
+
+fn sheet_of(map: &Map, wrap: Wrap, displacement: serde_json::Value) -> Gltf {
     let mut gltf = Gltf::new();
-    let material = gltf.displaced("sheet", &Map::sixteen(8, &texels), [wrap; 2], displacement);
+    let material = gltf.displaced("sheet", map, [wrap; 2], displacement);
     let mesh = gltf.mesh("Sheet", &Shape::sheet(1.0, [-0.2, 0.1], [1.4, 1.2]), material);
     gltf.node(json!({ "mesh": mesh }));
     gltf.camera(&Lens::at([0.9, -1.6, 1.4], [0.0, 0.0, 0.0]));
@@ -63,6 +67,50 @@ fn flags_draw_what_a_file_of_these_values_draws() {
     }
 }
 
+/// A border of zeros and the second mip, against maps that have them texel by texel.
+#[test]
+fn borders_and_mips_are_those_of_a_map_that_has_them() {
+    let texel = |x: u16, y: u16| (y * 8 + x).wrapping_mul(40503) ^ 0x5a5a;
+    let all = |width: u16, height: u16| (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)));
+    let map = Map::sixteen(8, &all(8, 6).map(|(x, y)| texel(x, y)).collect::<Vec<_>>());
+    // Eight texels of margin: more than the sheet shows.
+    let within = |x: u16, y: u16| if (8..16).contains(&x) && (8..14).contains(&y) { texel(x - 8, y - 8) } else { 0 };
+    let margin = Map::sixteen(24, &all(24, 22).map(|(x, y)| within(x, y)).collect::<Vec<_>>());
+    let mean = |x: u16, y: u16| {
+        let four = all(2, 2).map(|(i, j)| u32::from(texel(2 * x + i, 2 * y + j))).sum::<u32>();
+        ((f64::from(four) / 4.0).round()) as u16
+    };
+    let mip = Map::sixteen(4, &all(4, 3).map(|(x, y)| mean(x, y)).collect::<Vec<_>>());
+    let displacement = || json!({ "scale": 0.3, "midlevel": 0.25 });
+    for (flags, map_with, wrap, scale, offset) in [
+        ("--wrap border", &margin, Wrap::Clamp, [8.0 / 24.0, 6.0 / 22.0], [8.0 / 24.0, 8.0 / 22.0]),
+        ("--height-lod 1", &mip, Wrap::Repeat, [1.0; 2], [0.0; 2]),
+    ] {
+        let folder = folder();
+        let (from, to) = (folder.path().join("from"), folder.path().join("to"));
+        for path in [&from, &to] {
+            std::fs::create_dir(path).expect("a folder");
+        }
+        let plain = sheet_of(&map, Wrap::Repeat, displacement()).write(&from);
+        let mut wanted = sheet_of(map_with, wrap, displacement());
+        wanted.set(
+            "/materials/0/extras/displacement/texture/extensions",
+            json!({ "KHR_texture_transform": { "scale": scale, "offset": offset } }),
+        );
+        wanted.set("/extensionsUsed", json!(["KHR_texture_transform"]));
+        let wanted = wanted.write(&to);
+        for way in ["--shell walk", "--shell off --march secant"] {
+            let [asked, there, unasked] = [(&plain, flags), (&wanted, ""), (&plain, "")]
+                .map(|(scene, flags)| frame(scene, &format!("{way} {flags}")).aov());
+            let differs = |a: f32, b: f32| a != b && (a - b).abs() >= 1e-4;
+            let count = |other: &[f32]| (0..other.len()).filter(|&i| differs(other[i], asked.depth[i])).count();
+            let (wrong, changed) = (count(&there.depth), count(&unasked.depth));
+            println!("{way} {flags}: {wrong} pixels differ, {changed} by the flag");
+            assert!(wrong <= 4 && changed > 1000, "{way} {flags}: {wrong} differ, {changed} by the flag");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_adjusted_is_refused() {
     let folder = folder();
@@ -70,8 +118,10 @@ fn what_cannot_be_adjusted_is_refused() {
     gltf.remove("/materials/0/extras/displacement/texture");
     gltf.set("/materials/0/extras/displacement/procedural", json!("bricks"));
     let scene = gltf.write(folder.path());
-    let refused = draw("render", &scene).words("--height-flip on").within(folder.path()).run().ends(1);
-    refused.complains(&["sheet", "function"]);
+    for flags in ["--height-flip on", "--wrap border", "--height-lod 2"] {
+        let refused = draw("render", &scene).words(flags).within(folder.path()).run().ends(1);
+        refused.complains(&["sheet", "function"]);
+    }
     draw("render", &scene).words("--size 16x16 --midlevel 1").within(folder.path()).succeeds();
     gltf.remove("/materials/0/extras");
     let scene = gltf.write(folder.path());

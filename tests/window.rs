@@ -221,6 +221,18 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     title("stage geometry", &mut process);
     shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--march pom --stage geometry"));
 
+    for (key, part) in [('d', "dither"), ('l', "self-shadow hard"), ('w', "shadow map"), ('a', "ambient occlusion")] {
+        user.press(key.into());
+        title(part, &mut process);
+    }
+    let flags = "--march pom --stage geometry --dither on --self-shadow hard --shadow-map on --ambient-occlusion on";
+    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], flags));
+    user.press('h'.into());
+    user.press('c'.into());
+    title("silhouette uv-bounds", &mut process);
+    user.press('g'.into());
+    title("normals 4-tap", &mut process);
+
     user.close(window);
     clean(process.wait());
 }

@@ -219,6 +219,9 @@ pub struct Settings {
     pub uv_max: Option<[f32; 2]>,
     /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
     pub depth_offset: bool,
+    /// The LOD of its height field, by the pixel's footprint, from which on a base surface's heights fade: one LOD further
+    /// it is plain. Not with shadow maps, which see it from elsewhere, and never in surface data.
+    pub lod_fade: Option<f32>,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
     /// What the height field hides of the sky dims the ambient light.
@@ -254,6 +257,7 @@ impl Default for Settings {
             uv_min: None,
             uv_max: None,
             depth_offset: true,
+            lod_fade: None,
             self_shadow: SelfShadow::Off,
             ambient_occlusion: false,
             shadow_map: false,

@@ -197,6 +197,9 @@ mod tests {
             "--shell off --march normal --silhouette uv-bounds",
             "--shell off --march normal --self-shadow hard",
             "--shell off --march none --ambient-occlusion on",
+            "--lod-fade 3",
+            "--shell off --march none --lod-fade 3",
+            "--shell off --shadow-map on --lod-fade 3",
         ] {
             let error = resolve(flags).expect_err(flags);
             assert_eq!(error.exit_code(), 2, "{flags}: {error}");
@@ -226,6 +229,7 @@ mod tests {
             "--shell off --silhouette horizon --horizon-strength 2 --horizon-bias 0.1 --horizon-threshold 0.3",
             "--shell off --silhouette uv-bounds --uv-min 0,0 --uv-max 2,1",
             "--march secant --tolerance 0.1 --refine-steps 2",
+            "--shell off --march normal --lod-fade -0.5",
             "--shell off --march steep --silhouette uv-bounds",
             "--march cone --max-steps 30",
             "--shell off --march relaxed-cone --max-steps 30 --refine-steps 6",

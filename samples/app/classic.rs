@@ -29,6 +29,11 @@ pub struct ClassicArgs {
     #[arg(long, value_parser = words(Normals::ALL, Normals::name))]
     pub normals: Option<Normals>,
 
+    /// The LOD of the height map, by the pixel's footprint, at which heights begin to fade, -16 to 16; one further the base
+    /// surface is plain. For --shell off, without shadow maps; never in --aov [default: nowhere]
+    #[arg(long, value_name = "START", value_parser = |s: &str| ranged(s, -16.0, 16.0), allow_hyphen_values = true)]
+    pub lod_fade: Option<f32>,
+
     /// Horizon clipping: how much is cut where the surface is edge-on, 0 to 4 [default: 1]
     #[arg(long, value_name = "N", value_parser = |s: &str| ranged(s, 0.0, 4.0))]
     pub horizon_strength: Option<f32>,
@@ -78,6 +83,18 @@ impl ClassicArgs {
                  and another march"
             ));
         }
+        if self.lod_fade.is_some() {
+            if shelled || march == March::None {
+                return usage(
+                    "--lod-fade fades a base surface's heights; add --shell off and a march that reads some".into(),
+                );
+            }
+            if settings.shadow_map {
+                return usage(
+                    "--lod-fade: a shadow map sees a base surface at another LOD; add --shadow-map off".into(),
+                );
+            }
+        }
         let horizon = [
             ("--horizon-strength", self.horizon_strength.is_some()),
             ("--horizon-bias", self.horizon_bias.is_some()),
@@ -102,6 +119,7 @@ impl ClassicArgs {
         settings.dither = self.dither.unwrap_or(settings.dither);
         settings.slope_limit = self.slope_limit.unwrap_or(settings.slope_limit);
         settings.normals = self.normals.unwrap_or(settings.normals);
+        settings.lod_fade = self.lod_fade.or(settings.lod_fade);
         let base = settings.horizon;
         settings.horizon = Horizon {
             strength: self.horizon_strength.unwrap_or(base.strength),

@@ -1,7 +1,7 @@
 //! The flags that give a scene's displaced materials other values than its file.
 
 use clap::{ArgAction, Args};
-use prism_engine::scene::{Adjustment, Wrap};
+use prism_engine::scene::{Adjustment, Beyond};
 
 use super::cli::{height_scale, on_off, scale_factors, two_numbers, unbounded, words};
 
@@ -33,9 +33,14 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "N", value_parser = unbounded, allow_hyphen_values = true)]
     pub midlevel: Option<f64>,
 
-    /// How their textures go on beyond their edges, the height map too [default: the file's]
-    #[arg(long, value_parser = words(Wrap::ALL, Wrap::name))]
-    pub wrap: Option<Wrap>,
+    /// How their textures go on beyond their edges, the height map too; border: heights are 0 there, other textures
+    /// clamped [default: the file's]
+    #[arg(long, value_parser = words(Beyond::ALL, Beyond::name))]
+    pub wrap: Option<Beyond>,
+
+    /// The mip of their height maps that is read: halvings, by the mean, 0 to 15 [default: 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=15))]
+    pub height_lod: Option<u32>,
 }
 
 impl SurfaceArgs {
@@ -49,6 +54,7 @@ impl SurfaceArgs {
             relative: self.relative,
             midlevel: self.midlevel,
             wrap: self.wrap,
+            height_lod: self.height_lod.unwrap_or(0),
         }
     }
 }

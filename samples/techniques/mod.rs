@@ -91,7 +91,7 @@ impl Exhibit for Ladder {
             let m = Metrics::between(&drawn.aov, &truth, shot.camera);
             let place = if *shell == Shell::Off { "base surface" } else { "shell" };
             format!(
-                "{:>8}, {place:<12} depth error p50 {:.1e}, p99 {:.1e} footprints; coverage differs {:.1e}",
+                "{:>12}, {place:<12} depth error p50 {:.1e}, p99 {:.1e} footprints; coverage differs {:.1e}",
                 march.name(),
                 m.depth_p50,
                 m.depth_p99,

@@ -23,6 +23,7 @@ layout(location = 4) in vec2 in_height_uv;
 #include "render/height_field.glsl"
 #include "shell/plane.glsl"
 #include "shell/normals.glsl"
+#include "render/lod_fade.glsl"
 #endif
 #include "render/dither.glsl"
 
@@ -47,19 +48,35 @@ void main() {
     mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
     // Seen from behind, heights turn inside out.
     float scale = facing * material.displacement.x;
-    vec2 height_uv = in_height_uv;
-#ifdef MARCH_MOVES
     vec2 range = facing * material.displacement.zw;
+    vec2 height_uv = in_height_uv;
+#ifdef LOD_FADE
+    float fade = lod_fade(dFdx(in_height_uv), dFdy(in_height_uv));
+    scale *= fade;
+    range *= fade;
+#endif
+#ifdef MARCH_MOVES
     PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
                                   int(material.march.x), int(material.march.y), int(material.march.z),
                                   int(material.march.w >> 1), material.classic.x);
     vec3 direction = normalize(-toward_eye(object, position));
-    PlaneHit hit = plane_trace(march, plane_ray(height_uv, jacobian, direction, normal, material.classic.y));
+    PlaneRay ray = plane_ray(height_uv, jacobian, direction, normal, material.classic.y);
+#ifdef LOD_FADE
+    PlaneHit hit = PlaneHit(0.0, height_uv, 0);
+    if (fade > 0.0) {
+        hit = plane_trace(march, ray);
+    }
+#else
+    PlaneHit hit = plane_trace(march, ray);
+#endif
     count_limits(hit.limits);
 #ifdef HORIZON
     // Where the base surface turns edge-on only what is high enough stands out before what lies behind it.
     float turned = clamp(1.0 - abs(dot(direction, normal)) / max(material.horizon.z, 1e-3), 0.0, 1.0);
     float cut = clamp(pow(turned, material.horizon.w) * material.horizon.x, 0.0, 1.0);
+#ifdef LOD_FADE
+    cut *= fade;
+#endif
     if (height_at(hit.uv, 0.0) - material.horizon.y < cut) {
         discard;
     }
@@ -97,7 +114,8 @@ void main() {
 #endif
 #endif
 #ifdef MARCH_TRACES
-    geometric = normal - scale * height_gradient(height_uv, 0.0) * jacobian;
+    vec2 gradient = scale * height_gradient(height_uv, 0.0);
+    geometric = normal - gradient * jacobian;
 #endif
     normal = normalize(normal - scale * shading_gradient(height_uv) * jacobian);
 #endif
@@ -124,7 +142,11 @@ void main() {
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
 #ifdef AMBIENT_OCCLUSION
-    surface.occlusion *= ambient_occlusion(TexturePoint(height_uv, dFdx(in_height_uv), dFdy(in_height_uv)));
+    float open = ambient_occlusion(TexturePoint(height_uv, dFdx(in_height_uv), dFdy(in_height_uv)));
+#ifdef LOD_FADE
+    open = mix(1.0, open, fade);
+#endif
+    surface.occlusion *= open;
 #endif
 #endif
     float view_depth = dot(object.depth.xyz, position) + object.depth.w;

@@ -234,7 +234,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         ),
         classic: {
             let shift = material.depth_offset.map_or(0.0, |offset| offset.distance);
-            Vec4::new(settings.tolerance, settings.least_cosine(), shift as f32, 0.0)
+            Vec4::new(settings.tolerance, settings.least_cosine(), shift as f32, settings.lod_fade.unwrap_or(0.0))
         },
         horizon: {
             let Horizon { strength, bias, safe_threshold, falloff } = settings.horizon;

@@ -189,7 +189,7 @@ shared! {
         /// Fewest and most linear steps, refinements; 1 if two-sided, plus twice the exact march's step limit.
         march: UVec4,
         /// Of the classic marches: the secant's tolerance, of the height's range; the least cosine of a ray. z: a plain
-        /// surface's depth offset, world units.
+        /// surface's depth offset, world units. w: the LOD at which heights begin to fade.
         classic: Vec4,
         /// Horizon clipping: strength, bias, safe threshold, falloff.
         horizon: Vec4,

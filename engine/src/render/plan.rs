@@ -134,6 +134,9 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
         }
     }
     plan_shadow_maps(scene, settings, &mut plan);
+    if settings.lod_fade.is_some() && aov {
+        plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
+    }
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
@@ -270,10 +273,12 @@ fn plan_draws(
         }
     } else {
         let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
-        let height = displacement
-            .filter(|_| parallax)
-            .map(|d| height(&d, settings, false))
-            .map(|h| Height { self_shadow: h.self_shadow && plain.lights, ..h });
+        let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
+            self_shadow: h.self_shadow && plain.lights,
+            // Surface data are of the whole field.
+            lod_fade: settings.lod_fade.is_some() && !aov,
+            ..h
+        });
         let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
         push(Variant { height, shadowed_lights: shadowed, ..plain }, 0..primitive.triangles.len() as u32);
     }
@@ -332,6 +337,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         dither: settings.dither && settings.march.steps(),
         normals: if shell { Normals::Gather } else { settings.normals },
         depth_offset: parallax && settings.depth_offset,
+        lod_fade: false,
         self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
         ambient_occlusion: settings.ambient_occlusion,
         reenters: false,

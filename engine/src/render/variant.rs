@@ -87,6 +87,8 @@ pub struct Height {
     pub normals: Normals,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
+    /// A base surface's heights fade with the LOD.
+    pub lod_fade: bool,
     /// Rays toward the lights.
     pub self_shadow: bool,
     /// Ambient light dimmed by what the field hides of the sky.
@@ -258,6 +260,7 @@ impl Variant {
             flag("NORMALS_4_TAP", height.normals == Normals::FourTap);
             flag("NORMALS_SOBEL", height.normals == Normals::Sobel);
             flag("DEPTH_OFFSET", height.depth_offset);
+            flag("LOD_FADE", height.lod_fade);
             flag("SELF_SHADOW", height.self_shadow);
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
             flag("SHADOW_REENTRY", height.reenters);

@@ -3,8 +3,39 @@
 
 use glam::{DAffine2, DVec2};
 
-use super::{HeightSource, HeightTexels, Material, Scene, TextureRef, Wrap};
+use super::{HeightMap, HeightSource, HeightTexels, Material, Scene, TextureRef, Wrap};
 use crate::error::{Error, Result};
+
+/// How textures go on beyond their edges: as glTF has it, or not at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beyond {
+    /// As this mode has it.
+    Wrap(Wrap),
+    /// Height maps end in height 0, half a texel beyond their edges; the other textures are clamped.
+    Border,
+}
+
+impl Beyond {
+    /// Every way.
+    pub const ALL: &'static [Beyond] =
+        &[Beyond::Wrap(Wrap::Repeat), Beyond::Wrap(Wrap::Mirror), Beyond::Wrap(Wrap::Clamp), Beyond::Border];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Beyond::Wrap(wrap) => wrap.name(),
+            Beyond::Border => "border",
+        }
+    }
+
+    /// The sampler's part in it.
+    fn wrap(self) -> Wrap {
+        match self {
+            Beyond::Wrap(wrap) => wrap,
+            Beyond::Border => Wrap::Clamp,
+        }
+    }
+}
 
 /// What replaces the displaced materials' own values; `None` and the default leave them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,7 +53,9 @@ pub struct Adjustment {
     /// [`super::Displacement::midlevel`].
     pub midlevel: Option<f64>,
     /// Wrap of all the materials' textures, along u and v.
-    pub wrap: Option<Wrap>,
+    pub wrap: Option<Beyond>,
+    /// Halvings of the height maps.
+    pub height_lod: u32,
 }
 
 impl Scene {
@@ -34,17 +67,30 @@ impl Scene {
         if *adjustment == Adjustment::default() {
             return Ok(());
         }
+        if adjustment.height_flip {
+            self.height_maps.iter_mut().for_each(|map| flip(&mut map.texels));
+        }
+        if adjustment.height_lod > 0 {
+            self.height_maps.iter_mut().for_each(|map| *map = halved(map, adjustment.height_lod));
+        }
+        let sizes: Vec<[u32; 2]> = self.height_maps.iter().map(|map| [map.width, map.height]).collect();
+        if adjustment.wrap == Some(Beyond::Border) {
+            self.height_maps.iter_mut().for_each(|map| *map = bordered(map));
+        }
         let displaced = |material: &&mut Material| material.displacement.is_some();
         let mut any = false;
         for material in self.materials.iter_mut().filter(displaced) {
             any = true;
-            let mapped = adjustment.height_flip || adjustment.wrap.is_some() || adjustment.moves_uvs();
+            let mapped = adjustment.height_flip
+                || adjustment.wrap.is_some()
+                || adjustment.height_lod > 0
+                || adjustment.moves_uvs();
             let Some(displacement) = &mut material.displacement else { continue };
             if mapped && matches!(displacement.source, HeightSource::Procedure(_)) {
                 return Err(Error::input(
                     &self.file,
                     format!("material '{}'", material.name),
-                    "a function gives its heights, which has neither UV transform nor wrap and is not turned around",
+                    "a function gives its heights, which has neither UV transform nor wrap nor LOD and is not turned around",
                     "leave these out, or give it a height map",
                 ));
             }
@@ -53,10 +99,13 @@ impl Scene {
             displacement.scale = adjustment.height_scale.unwrap_or(displacement.scale);
             displacement.relative = adjustment.relative.unwrap_or(displacement.relative);
             displacement.midlevel = adjustment.midlevel.unwrap_or(displacement.midlevel);
-            displacement.wrap = adjustment.wrap.map_or(displacement.wrap, |wrap| [wrap; 2]);
+            displacement.wrap = adjustment.wrap.map_or(displacement.wrap, |beyond| [beyond.wrap(); 2]);
+            if let (Some(Beyond::Border), HeightSource::Map(map)) = (adjustment.wrap, displacement.source) {
+                displacement.transform = into_border(sizes[map]) * displacement.transform;
+            }
             for texture in textures(material) {
                 texture.transform = moved * texture.transform;
-                texture.sampler.wrap = adjustment.wrap.map_or(texture.sampler.wrap, |wrap| [wrap; 2]);
+                texture.sampler.wrap = adjustment.wrap.map_or(texture.sampler.wrap, |beyond| [beyond.wrap(); 2]);
             }
         }
         if !any {
@@ -66,9 +115,6 @@ impl Scene {
                 "none asks for displacement, so that there is nothing to adjust",
                 "give one an extras.displacement, or leave the flags out",
             ));
-        }
-        if adjustment.height_flip {
-            self.height_maps.iter_mut().for_each(|map| flip(&mut map.texels));
         }
         self.rescale()
     }
@@ -122,5 +168,72 @@ fn flip(texels: &mut HeightTexels) {
     match texels {
         HeightTexels::U8(texels) => texels.iter_mut().for_each(|texel| *texel = u8::MAX - *texel),
         HeightTexels::U16(texels) => texels.iter_mut().for_each(|texel| *texel = u16::MAX - *texel),
+    }
+}
+
+/// The map at mip `lod`, of half the size so many times: each texel the mean over its area, at 16 bits.
+fn halved(map: &HeightMap, lod: u32) -> HeightMap {
+    let half = |n: u32| n.checked_shr(lod).unwrap_or(0).max(1);
+    let [width, height] = [half(map.width), half(map.height)];
+    // The share of each texel of a row of `from` in texel `i` of a row of `to`.
+    let shares = |i: u32, from: u32, to: u32| {
+        let ratio = f64::from(from) / f64::from(to);
+        let [low, high] = [f64::from(i) * ratio, f64::from(i + 1) * ratio];
+        let texels = low.floor() as u32..(high.ceil() as u32).min(from);
+        texels.map(move |t| (t, (high.min(f64::from(t + 1)) - low.max(f64::from(t))).max(0.0) / ratio))
+    };
+    let narrow: Vec<f64> = (0..map.height)
+        .flat_map(|y| {
+            (0..width).map(move |x| shares(x, map.width, width).map(|(t, share)| share * map.height(t, y)).sum())
+        })
+        .collect();
+    let mean = |x: u32, y: u32| -> f64 {
+        shares(y, map.height, height).map(|(t, share)| share * narrow[(t * width + x) as usize]).sum()
+    };
+    let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let texels = texels.map(|(x, y)| (mean(x, y) * f64::from(u16::MAX)).round() as u16).collect();
+    HeightMap { name: map.name.clone(), width, height, texels: HeightTexels::U16(texels) }
+}
+
+/// The map within a border of zeros, one texel wide: clamped, it is 0 everywhere beyond.
+fn bordered(map: &HeightMap) -> HeightMap {
+    fn around<T: Copy + Default>(texels: &[T], width: usize) -> Vec<T> {
+        let beyond = vec![T::default(); width + 2];
+        let rows = texels.chunks_exact(width).flat_map(|row| [&[T::default()], row, &[T::default()]].concat());
+        beyond.iter().copied().chain(rows).chain(beyond.iter().copied()).collect()
+    }
+    let texels = match &map.texels {
+        HeightTexels::U8(texels) => HeightTexels::U8(around(texels, map.width as usize)),
+        HeightTexels::U16(texels) => HeightTexels::U16(around(texels, map.width as usize)),
+    };
+    HeightMap { name: map.name.clone(), width: map.width + 2, height: map.height + 2, texels }
+}
+
+/// From coordinates of a map of `size` to those of it within its border.
+fn into_border(size: [u32; 2]) -> DAffine2 {
+    let [within, whole] = [size.map(f64::from), size.map(|n| f64::from(n + 2))].map(DVec2::from);
+    DAffine2::from_scale_angle_translation(within / whole, 0.0, whole.recip())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_halved_map_holds_the_means_of_its_areas() {
+        let texels = HeightTexels::U8(vec![0, 255, 51, 102, 153, 0]);
+        let map = HeightMap { name: String::new(), width: 3, height: 2, texels };
+        let heights = |lod: u32| {
+            let map = halved(&map, lod);
+            let texel = |i: u32| (map.height(i % map.width, i / map.width) * 1e4).round() / 1e4;
+            ([map.width, map.height], (0..map.width * map.height).map(texel).collect::<Vec<_>>())
+        };
+        // 561 of 6 · 255; one texel is left however often it is halved.
+        assert_eq!(heights(1), ([1, 1], vec![0.3667]));
+        assert_eq!(heights(1), heights(40));
+        let texels = HeightTexels::U16((0..5).map(|i| i * 10000).collect());
+        let map = HeightMap { name: String::new(), width: 5, height: 1, texels };
+        // Two texels and a half each: (0 + 1 + 2 / 2) / 2.5 and (2 / 2 + 3 + 4) / 2.5.
+        assert!(matches!(halved(&map, 1).texels, HeightTexels::U16(texels) if texels == [8000, 32000]));
     }
 }

@@ -26,7 +26,7 @@ mod triangles;
 mod uri;
 mod weld;
 
-pub use adjust::Adjustment;
+pub use adjust::{Adjustment, Beyond};
 pub use ambient::Ambient;
 pub use camera::frame;
 pub use import::load;
@@ -120,9 +120,6 @@ pub enum Wrap {
 }
 
 impl Wrap {
-    /// Every mode.
-    pub const ALL: &'static [Wrap] = &[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
-
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {

@@ -9,6 +9,7 @@ use winit::{
 /// Printed when a window opens; `prism run --help` has the same in a sentence.
 pub const KEYS: &str = "\
 keys: S stage, H shell on/off, M march, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
+      D dithered start, L self-shadow, W shadow maps, A ambient occlusion; shell off: C clipped outline, G normals
 mouse: left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
 /// Printed after them where there are several scenes.
@@ -28,6 +29,18 @@ pub enum Wish {
     Shell,
     /// The next march.
     March,
+    /// Dithered starts on or off.
+    Dither,
+    /// The next self-shadowing.
+    SelfShadow,
+    /// Shadow maps on or off.
+    ShadowMap,
+    /// Ambient occlusion on or off.
+    AmbientOcclusion,
+    /// The next clipping of the base surface.
+    Silhouette,
+    /// The next shading normals of the base surface.
+    Normals,
     /// The sample's time stopped, or going on.
     Pause,
     /// The next scene.
@@ -118,6 +131,12 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "s" => Some(Wish::Stage),
             "h" => Some(Wish::Shell),
             "m" => Some(Wish::March),
+            "d" => Some(Wish::Dither),
+            "l" => Some(Wish::SelfShadow),
+            "w" => Some(Wish::ShadowMap),
+            "a" => Some(Wish::AmbientOcclusion),
+            "c" => Some(Wish::Silhouette),
+            "g" => Some(Wish::Normals),
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
             "n" => Some(Wish::Next),
@@ -170,8 +189,9 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "R", "P", "Q", "N", "B"] {
-            assert!(KEYS.contains(letter) || WALK_KEYS.contains(letter));
+        for letter in ["S", "H", "M", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
+            let printed = |keys: &str| keys.contains(&format!(" {letter} "));
+            assert!(printed(KEYS) || printed(WALK_KEYS), "{letter}");
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");
         }
     }

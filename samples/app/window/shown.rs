@@ -10,7 +10,7 @@ use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
     render::{Output, plan},
-    settings::{Settings, Shell, Stage},
+    settings::{Normals, SelfShadow, Settings, Shell, Silhouette, Stage},
 };
 use winit::{
     dpi::PhysicalSize,
@@ -213,6 +213,14 @@ impl<'a> Shown<'a> {
                 let next = switch::with_next_march(&settings, |march| plan::allows(scene, march));
                 self.switch(next);
             }
+            Wish::Dither => self.switch(switch::with_dither(&settings, !settings.dither)),
+            Wish::SelfShadow => self.switch(switch::with_next_self_shadow(&settings)),
+            Wish::ShadowMap => self.switch(switch::with_shadow_map(&settings, !settings.shadow_map)),
+            Wish::AmbientOcclusion => {
+                self.switch(switch::with_ambient_occlusion(&settings, !settings.ambient_occlusion));
+            }
+            Wish::Silhouette => self.switch(switch::with_next_silhouette(&settings)),
+            Wish::Normals => self.switch(switch::with_next_normals(&settings)),
             Wish::Pause => {
                 self.clock.toggle_pause();
                 self.set_title();
@@ -327,7 +335,7 @@ impl<'a> Shown<'a> {
         picture.read()
     }
 
-    /// Sample, scene of several, stage, shell, march, time per frame.
+    /// Sample, scene of several, stage, shell, march, what else is switched on, time per frame.
     fn set_title(&self) {
         let settings = self.drawing.renderer().settings();
         let stage = match self.drawing.renderer().plan().stage {
@@ -345,6 +353,7 @@ impl<'a> Shown<'a> {
             settings.resolved_shell(),
             settings.march
         );
+        title += &switched_on(settings);
         if let Some(ms) = self.frame_ms {
             title += &format!(" · {ms:.1} ms");
         }
@@ -375,6 +384,23 @@ impl<'a> Shown<'a> {
         self.pace.reset();
         Ok(())
     }
+}
+
+/// What a window's title says of the settings that are not their defaults.
+fn switched_on(settings: &Settings) -> String {
+    let mut text = String::new();
+    let mut add = |on: bool, what: &str| {
+        if on {
+            text += &format!(" · {what}");
+        }
+    };
+    add(settings.dither, "dither");
+    add(settings.silhouette != Silhouette::None, &format!("silhouette {}", settings.silhouette));
+    add(settings.normals != Normals::Gather, &format!("normals {}", settings.normals));
+    add(settings.self_shadow != SelfShadow::Off, &format!("self-shadow {}", settings.self_shadow));
+    add(settings.shadow_map, "shadow map");
+    add(settings.ambient_occlusion, "ambient occlusion");
+    text
 }
 
 /// `SAMPLE-1.png` in the current folder, or the first number that is not taken.
