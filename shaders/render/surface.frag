@@ -97,7 +97,8 @@ void main() {
 #endif
 #endif
 #ifdef MARCH_TRACES
-    geometric = normal - scale * height_gradient(height_uv, 0.0) * jacobian;
+    vec2 gradient = scale * height_gradient(height_uv, 0.0);
+    geometric = normal - gradient * jacobian;
 #endif
     normal = normalize(normal - scale * shading_gradient(height_uv) * jacobian);
 #endif
