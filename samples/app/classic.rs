@@ -34,27 +34,27 @@ pub struct ClassicArgs {
     #[arg(long, value_name = "START", value_parser = |s: &str| ranged(s, -16.0, 16.0), allow_hyphen_values = true)]
     pub lod_fade: Option<f32>,
 
-    /// --silhouette horizon: how much is cut where the surface is edge-on, 0 to 4 [default: 1]
+    /// Horizon clipping: how much is cut where the surface is edge-on, 0 to 4 [default: 1]
     #[arg(long, value_name = "N", value_parser = |s: &str| ranged(s, 0.0, 4.0))]
     pub horizon_strength: Option<f32>,
 
-    /// --silhouette horizon: taken off the height before it is compared, 0 to 1 [default: 0]
+    /// Horizon clipping: taken off the height before it is compared, 0 to 1 [default: 0]
     #[arg(long, value_name = "N", value_parser = |s: &str| ranged(s, 0.0, 1.0))]
     pub horizon_bias: Option<f32>,
 
-    /// --silhouette horizon: nothing is cut where normal and view have a greater cosine, 0 to 0.95 [default: 0.5]
+    /// Horizon clipping: nothing is cut where normal and view have a greater cosine, 0 to 0.95 [default: 0.5]
     #[arg(long, value_name = "COS", value_parser = |s: &str| ranged(s, 0.0, 0.95))]
     pub horizon_threshold: Option<f32>,
 
-    /// --silhouette horizon: power of the cut's rise toward the edge, 0.5 to 8 [default: 2]
+    /// Horizon clipping: power of the cut's rise toward the edge, 0.5 to 8 [default: 2]
     #[arg(long, value_name = "N", value_parser = |s: &str| ranged(s, 0.5, 8.0))]
     pub horizon_falloff: Option<f32>,
 
-    /// --silhouette uv-bounds: least displaced UV that is kept [default: the primitive's own]
+    /// UV bounds: least displaced UV that is kept [default: the primitive's own]
     #[arg(long, value_name = "U,V", value_parser = two_numbers, allow_hyphen_values = true)]
     pub uv_min: Option<[f32; 2]>,
 
-    /// --silhouette uv-bounds: greatest displaced UV that is kept [default: the primitive's own]
+    /// UV bounds: greatest displaced UV that is kept [default: the primitive's own]
     #[arg(long, value_name = "U,V", value_parser = two_numbers, allow_hyphen_values = true)]
     pub uv_max: Option<[f32; 2]>,
 }
