@@ -213,25 +213,30 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     title("shell walk", &mut process);
     title("march exact", &mut process);
     user.press('m'.into());
-    title("march pom", &mut process);
+    title("march steep", &mut process);
     title("stage auto", &mut process);
     user.press('s'.into());
     title("stage mesh", &mut process);
     user.press('s'.into());
     title("stage geometry", &mut process);
-    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--march pom --stage geometry"));
+    shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--march steep --stage geometry"));
 
-    for (key, part) in [('d', "dither"), ('l', "self-shadow hard"), ('w', "shadow map"), ('a', "ambient occlusion")] {
+    user.press('h'.into());
+    title("shell off", &mut process);
+    for (key, part) in [
+        ('d', "dither"),
+        ('l', "self-shadow hard"),
+        ('w', "shadow map"),
+        ('a', "ambient occlusion"),
+        ('c', "silhouette uv-bounds"),
+        ('g', "normals 4-tap"),
+    ] {
         user.press(key.into());
         title(part, &mut process);
     }
-    let flags = "--march pom --stage geometry --dither on --self-shadow hard --shadow-map on --ambient-occlusion on";
+    let flags = "--shell off --march steep --dither on --self-shadow hard --shadow-map on --ambient-occlusion on \
+                 --silhouette uv-bounds --normals 4-tap";
     shows(&user, window, &mut process, &headless("prism_shell", [320, 240], flags));
-    user.press('h'.into());
-    user.press('c'.into());
-    title("silhouette uv-bounds", &mut process);
-    user.press('g'.into());
-    title("normals 4-tap", &mut process);
 
     user.close(window);
     clean(process.wait());
