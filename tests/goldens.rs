@@ -77,6 +77,11 @@ fn depth_offset() {
 }
 
 #[test]
+fn terrain() {
+    compare("terrain", "run", "terrain", "");
+}
+
+#[test]
 fn viewer() {
     compare("viewer", "run", "viewer", "");
 }
