@@ -4,11 +4,14 @@ mod app;
 mod bench;
 mod cloth;
 mod depth_offset;
+mod photo;
 mod prism_shell;
+mod procedural;
 mod shadows;
 mod silhouette;
 mod stability;
 mod techniques;
+mod terrain;
 mod viewer;
 
 fn main() -> std::process::ExitCode {
@@ -21,5 +24,8 @@ fn main() -> std::process::ExitCode {
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,
+        &procedural::Wall,
+        &photo::Photographs,
+        &terrain::Terrain,
     ])
 }

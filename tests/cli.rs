@@ -223,8 +223,19 @@ fn list_names_the_samples_on_stdout() {
     let list = prism("list").succeeds();
     assert_eq!(list.stderr, "");
     let lines: Vec<&str> = list.stdout.lines().collect();
-    let samples =
-        ["prism_shell", "viewer", "stability", "cloth", "shadows", "techniques", "silhouette", "depth_offset"];
+    let samples = [
+        "prism_shell",
+        "viewer",
+        "stability",
+        "cloth",
+        "shadows",
+        "techniques",
+        "silhouette",
+        "depth_offset",
+        "procedural",
+        "photo",
+        "terrain",
+    ];
     assert_eq!(lines.len(), samples.len(), "{list}");
     for (line, sample) in lines.iter().zip(samples) {
         let (name, summary) = line.split_once(' ').expect("a summary");

@@ -82,6 +82,11 @@ fn depth_offset() {
 }
 
 #[test]
+fn terrain() {
+    compare("terrain", "run", "terrain", "");
+}
+
+#[test]
 fn viewer() {
     compare("viewer", "run", "viewer", "");
 }

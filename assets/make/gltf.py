@@ -103,9 +103,8 @@ class Scene:
         image = self.add("images", {"name": os.path.splitext(file)[0], "uri": "maps/" + file})
         return self.add("textures", {"name": os.path.splitext(file)[0], "sampler": samplers.index(sampler), "source": image})
 
-    def displaced(self, maps, scale, midlevel, tiling=None, clamp=False, orm=True, roughness=1.0, double_sided=False):
+    def displaced(self, maps, scale, midlevel, tiling=None, wrap=REPEAT, orm=True, roughness=1.0, double_sided=False):
         """A material of the maps `maps`_albedo, _orm and _height, with the displacement request of the engine."""
-        wrap = CLAMP if clamp else REPEAT
 
         def info(kind):
             t = {"index": self.texture("%s_%s.png" % (maps, kind), wrap), "texCoord": 0}
@@ -135,10 +134,10 @@ class Scene:
         self.doc["materials"][material]["extras"] = {"displacement": request}
         return material
 
-    def procedural(self, name, linear_rgb, roughness, scale, midlevel):
+    def procedural(self, name, linear_rgb, roughness, scale, midlevel, border="open"):
         """A material of one colour whose heights are the engine's function `name`."""
         material = self.plain(name, linear_rgb, roughness)
-        request = {"procedural": name, "scale": scale, "relative": False, "midlevel": midlevel, "border": "open"}
+        request = {"procedural": name, "scale": scale, "relative": False, "midlevel": midlevel, "border": border}
         self.doc["materials"][material]["extras"] = {"displacement": request}
         return material
 

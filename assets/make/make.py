@@ -16,6 +16,7 @@ import maps_bricks
 import maps_cloth
 import maps_cobbles
 import maps_hard
+import maps_photo
 import maps_rock
 import maps_terrain
 import scenes
@@ -28,7 +29,7 @@ def build(out, only):
     for folder in ("maps", "models"):
         os.makedirs(os.path.join(out, folder), exist_ok=True)
     if only != "scenes":
-        for module in (maps_bricks, maps_cobbles, maps_rock, maps_cloth, maps_terrain, maps_hard):
+        for module in (maps_bricks, maps_cobbles, maps_rock, maps_cloth, maps_terrain, maps_hard, maps_photo):
             for name, pixels in module.make().items():
                 image.write_png(os.path.join(out, "maps", name + ".png"), pixels)
                 print("maps/%s.png" % name, pixels.shape, pixels.dtype, flush=True)

@@ -2,7 +2,7 @@
 
 import maps_terrain
 import shapes
-from gltf import Scene, turn
+from gltf import CLAMP, MIRROR, Scene, turn
 from image import linear
 
 EXAGGERATION = 4.0  # of the terrain's heights
@@ -125,12 +125,60 @@ def depth_offset():
     return s
 
 
-def make():
+def wall():
+    """A brick wall that is a function: 6 bricks by 12 courses, two triangles, seen at 60 degrees."""
+    s = Scene("wall")
+    bricks = s.procedural("bricks", linear("#a0543a"), 0.8, 0.08, 1.0, "wall")
+    sheet = s.geometry(shapes.sheet((0, 0, 0), (1.5, 0, 0), (0, -1.0, 0), (1.5, 1.5)))
+    s.node(name="wall", mesh=s.mesh("wall", sheet, bricks))
+    s.camera((0.0, -6.062, 3.5), (0.0, 0.0, 0.0), 18)
+    s.sun((-0.7, -0.25, 0.5))
+    return s
+
+
+def photo():
+    """A ball of photographed grass on a pavement of photographed bricks; heights and colours are invented."""
+    s = Scene("photo")
+    rough = dict(wrap=MIRROR, orm=False, roughness=0.95)
+    brick = s.displaced("photo_brick", 0.05, 1.0, **rough)
+    grass = s.displaced("photo_grass", 0.08, 0.5, tiling=(2, 1), **rough)
+    floor = s.geometry(shapes.sheet((0, 0, 0), (1.9, 0, 0), (0, 0, 1.9)))
+    ball = s.geometry(shapes.sphere(32, 16))
+    s.node(name="pavement", mesh=s.mesh("pavement", floor, brick))
+    s.node(name="ball", mesh=s.mesh("ball", ball, grass), translation=[0.0, 0.72, 0.0], scale=[0.85] * 3, rotation=turn((1, 0, 0), -25))
+    s.camera((0.9, 1.7, 4.0), (0.0, 0.5, 0.0), 34)
+    s.sun((-0.8, 0.7, 0.5))
+    return s
+
+
+def ground():
+    """The elevation model's half extents and the scale of its heights, mesh units: the longer side is 2."""
     width, depth, relief = maps_terrain.extent()
     unit = max(width, depth) / 2
-    ground = shapes.sheet((0, 0, 0), (width / 2 / unit, 0, 0), (0, 0, depth / 2 / unit), (1, 1), 2, 2)
-    scale = round(EXAGGERATION * relief / unit, 6)
+    return width / 2 / unit, depth / 2 / unit, round(EXAGGERATION * relief / unit, 6)
+
+
+def planet():
+    """The elevation model twice: flat on the left, as on `terrain`, and on a patch of a small planet."""
+    s = Scene("planet")
+    x, z, scale = ground()
+    land = s.displaced("terrain", scale, 0.0, wrap=CLAMP, orm=False, roughness=0.95)
+    flat = s.geometry(shapes.sheet((0, 0, 0), (x, 0, 0), (0, 0, z), (1, 1), 2, 2))
+    patch = s.geometry(shapes.patch(1.6, 2 * x, 2 * z))
+    s.node(name="flat", mesh=s.mesh("flat", flat, land), translation=[-2.0, 0.0, 0.0])
+    s.node(name="curved", mesh=s.mesh("curved", patch, land), translation=[2.0, 0.0, 0.0])
+    s.camera((0.0, 3.0, 6.2), (0.0, -0.1, 0.0), 32, near=0.002)
+    s.sun((-0.85, 0.55, -0.15))
+    return s
+
+
+def make():
+    x, z, scale = ground()
+    flat = shapes.sheet((0, 0, 0), (x, 0, 0), (0, 0, z), (1, 1), 2, 2)
     return [
+        wall(),
+        photo(),
+        planet(),
         prism_shell(),
         procedural(),
         shadows(),
@@ -177,8 +225,8 @@ def make():
         ),
         one(
             "terrain",
-            ground,
-            dict(maps="terrain", scale=scale, midlevel=0.0, clamp=True, orm=False, roughness=0.95),
+            flat,
+            dict(maps="terrain", scale=scale, midlevel=0.0, wrap=CLAMP, orm=False, roughness=0.95),
             (1.0, 1.5, 2.4),
             (-0.09, -0.09, 0.15),
             38,

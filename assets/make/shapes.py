@@ -114,6 +114,19 @@ def cylinder(radius=0.6, height=1.4, around=32, repeat=(5, 2)):
     return p, n, t, grid_triangles(around, 1)
 
 
+def patch(radius, width, height, columns=4, rows=4):
+    """Of a ball's surface, the top of it at the origin: `width` east by `height` north along the arcs, north is -Z."""
+    p, n, t = [], [], []
+    for j in range(rows + 1):
+        for i in range(columns + 1):
+            a, b = width / radius * (i / columns - 0.5), height / radius * (0.5 - j / rows)
+            normal = (math.sin(a) * math.cos(b), math.cos(a) * math.cos(b), -math.sin(b))
+            n.append(normal)
+            p.append((radius * normal[0], radius * (normal[1] - 1), radius * normal[2]))
+            t.append((i / columns, j / rows))
+    return p, n, t, grid_triangles(columns, rows)
+
+
 def disc(radius, around=48, repeat=1.0):
     """Flat, facing up, with one UV unit for `repeat` of its length."""
     p = [(0.0, 0.0, 0.0)]

@@ -55,14 +55,16 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
         if let Some(exhibit) = exhibit {
             let (frame, aov) = (picture.read()?, drawing.renderer().read_aov()?);
             let mut variants = Vec::new();
-            for settings in exhibit.variants(&job.settings) {
-                drawing.set_settings(&settings)?;
+            for (i, settings) in exhibit.variants(&job.settings).iter().enumerate() {
+                let moment = moment.seen_from(exhibit.seen_from(i, &moment.pose));
+                drawing.set_settings(settings)?;
                 let mut frame = frames.begin()?;
                 let slot = frame.slot();
                 picture.prepare(&mut frame.cmd);
                 drawing.record(&mut frame.cmd, slot, None, &moment, picture.image())?;
                 frames.submit_and_wait(frame)?;
-                variants.push(Drawn { frame: picture.read()?, aov: drawing.renderer().read_aov()? });
+                let camera = moment.pose.camera;
+                variants.push(Drawn { camera, frame: picture.read()?, aov: drawing.renderer().read_aov()? });
             }
             if !variants.is_empty() {
                 drawing.set_settings(&job.settings)?;

@@ -54,9 +54,14 @@ pub trait Exhibit: Sync {
     /// `Usage` where `size` leaves no room for it.
     fn frame_size(&self, size: [u32; 2]) -> Result<[u32; 2]>;
 
-    /// Settings of further frames, seen from the same place, that go into the picture. By default there are none.
+    /// Settings of further frames that go into the picture. By default there are none.
     fn variants(&self, _settings: &Settings) -> Vec<Settings> {
         Vec::new()
+    }
+
+    /// Where the further frame `index` is seen from, while the frame itself is seen from `pose`. By default from there too.
+    fn seen_from(&self, _index: usize, pose: &Pose) -> Pose {
+        *pose
     }
 
     /// The picture of `size`, and its figures: a line for stdout.
@@ -81,6 +86,8 @@ pub struct Shot<'a> {
 
 /// A frame and its surface data.
 pub struct Drawn {
+    /// Where from.
+    pub camera: Camera,
     /// What was drawn.
     pub frame: Picture,
     /// Pixel by pixel.
@@ -137,6 +144,11 @@ impl Moment {
     /// Nothing but the camera has moved.
     pub fn still(pose: Pose) -> Moment {
         Moment { pose, transforms: Vec::new(), poses: Vec::new() }
+    }
+
+    /// The same things, from another place.
+    pub fn seen_from(&self, pose: Pose) -> Moment {
+        Moment { pose, ..self.clone() }
     }
 }
 

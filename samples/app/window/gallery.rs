@@ -126,7 +126,7 @@ impl Gallery {
         let (exhibit, wanted) = (self.exhibit, subject.clone());
         thread::spawn(move || {
             let Subject { name, camera, size, .. } = &wanted;
-            let Drawn { frame, aov } = &drawn;
+            let Drawn { frame, aov, .. } = &drawn;
             let shot = Shot { name, scene: &scene, camera, frame, aov, variants: &variants };
             // A window that has been closed meanwhile waits for nothing.
             let _ = sender.send(exhibit.compose(&shot, *size));

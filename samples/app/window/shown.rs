@@ -309,17 +309,27 @@ impl<'a> Shown<'a> {
         let aov = self.drawing.renderer().read_aov()?;
         let mut variants = Vec::new();
         let settings = &subject.settings;
-        for variant in self.job.sample.exhibit().map_or_else(Vec::new, |exhibit| exhibit.variants(settings)) {
-            self.drawing.set_settings(&variant)?;
-            let frame = self.draw_offscreen(moment, size)?;
-            variants.push(Drawn { frame, aov: self.drawing.renderer().read_aov()? });
+        if let Some(exhibit) = self.job.sample.exhibit() {
+            for (i, variant) in exhibit.variants(settings).iter().enumerate() {
+                let moment = moment.seen_from(exhibit.seen_from(i, &moment.pose));
+                self.drawing.set_settings(variant)?;
+                let frame = self.draw_offscreen(&moment, size)?;
+                let camera = moment.pose.camera;
+                variants.push(Drawn { camera, frame, aov: self.drawing.renderer().read_aov()? });
+            }
         }
         if !variants.is_empty() {
             self.drawing.set_settings(settings)?;
         }
         let scene = self.drawing.loaded().scene.clone();
         if let Some(gallery) = &mut self.gallery {
-            gallery.begin(subject.clone(), scene, Drawn { frame, aov }, variants, self.window.clone());
+            gallery.begin(
+                subject.clone(),
+                scene,
+                Drawn { camera: subject.camera, frame, aov },
+                variants,
+                self.window.clone(),
+            );
         }
         Ok(())
     }
