@@ -33,15 +33,15 @@ fn nothing_changes(rig: &Rig, scene: &Scene, settings: &Settings) -> usize {
 #[test]
 fn shells_shade_where_their_own_depth_stands() {
     let rig = Rig::new();
-    let scene = rig::asset("stack.gltf");
+    let scene = rig::asset("torus.gltf");
     for (shell, stage, march) in [
-        (Shell::Walk, Stage::Mesh, March::Exact),
+        (Shell::Walk, Stage::Mesh, March::Relief),
         (Shell::Walk, Stage::Geometry, March::Relief),
         (Shell::Prism, Stage::Mesh, March::Relief),
         (Shell::Prism, Stage::Geometry, March::Exact),
     ] {
         let draws = nothing_changes(&rig, &scene, &Settings { march, ..rig::exact(shell, stage) });
-        assert!(draws > 1, "{draws}");
+        assert_eq!(draws, if shell == Shell::Walk { 2 } else { 1 });
     }
 }
 
