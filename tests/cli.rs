@@ -46,6 +46,7 @@ fn help_tells_every_flag_of_the_contract_and_its_default() {
         "--silhouette",
         "--depth-offset",
         "--ambient-occlusion",
+        "--depth-prepass",
         "--self-shadow",
         "--headless",
         "--frames",

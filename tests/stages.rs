@@ -17,9 +17,10 @@ struct Drawn {
     shells: Vec<String>,
 }
 
-fn drawn(scene: &str, shell: &str, stage: &str) -> Drawn {
+fn drawn(scene: &str, shell: &str, stage: &str, flags: &str) -> Drawn {
     let folder = folder();
-    let flags = format!("--size 160x120 --shell {shell} --stage {stage} --stats --out frame.png --aov frame.exr");
+    let output = "--stats --out frame.png --aov frame.exr";
+    let flags = format!("--size 160x120 --shell {shell} --stage {stage} {flags} {output}");
     let outcome = draw("render", asset(scene)).words(&flags).within(folder.path()).succeeds();
     let shell = |line: &str| line.strip_prefix("pipeline shell")?.split_once(": ").map(|(_, models)| models.to_owned());
     Drawn {
@@ -32,13 +33,13 @@ fn drawn(scene: &str, shell: &str, stage: &str) -> Drawn {
 #[track_caller]
 fn agree(scene: &str) {
     for shell in ["prism", "walk"] {
-        agree_with(scene, shell);
+        agree_with(scene, shell, "");
     }
 }
 
 #[track_caller]
-fn agree_with(scene: &str, shell: &str) {
-    let [mesh, geometry] = STAGES.map(|stage| drawn(scene, shell, stage));
+fn agree_with(scene: &str, shell: &str, flags: &str) {
+    let [mesh, geometry] = STAGES.map(|stage| drawn(scene, shell, stage, flags));
     for (drawn, models) in [(&mesh, "MeshEXT+Fragment"), (&geometry, "Vertex+Geometry+Fragment")] {
         // A walk's lids have a pipeline of their own, beside that of its borders.
         let least = if shell == "walk" { 2 } else { 1 };
@@ -83,6 +84,11 @@ fn on_the_cube() {
 #[test]
 fn on_the_sample() {
     agree("prism_shell.gltf");
+}
+
+#[test]
+fn through_shadow_maps() {
+    agree_with("shadows.gltf", "walk", "--shadow-map on --shadow-map-size 256 --cascades 1");
 }
 
 #[test]

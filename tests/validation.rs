@@ -5,7 +5,7 @@ mod common;
 
 use common::{STAGES, asset, draw, folder};
 
-const SCENES: [&str; 8] = ["prism_shell", "torus", "suzanne", "cube", "cloth", "stack", "plane", "terrain"];
+const SCENES: [&str; 9] = ["prism_shell", "torus", "suzanne", "cube", "cloth", "stack", "plane", "terrain", "shadows"];
 
 #[track_caller]
 fn quiet(scene: &str, flags: &str) {
@@ -67,6 +67,15 @@ fn frames_of_a_mesh_that_changes_shape() {
         }
     }
     runs_quietly("cloth", "--shell off --frames 2 --time-step 0.4");
+}
+
+#[test]
+fn shadow_maps_and_a_depth_pre_pass() {
+    for (stage, depths) in STAGES.into_iter().zip(["on", "off"]) {
+        let flags = "--frames 2 --time-step 0.4 --shadow-map-size 64 --cascades 2";
+        runs_quietly("shadows", &format!("--stage {stage} --depth-prepass {depths} {flags} --stats"));
+    }
+    quiet("depth_offset", "--shell off --march relief --shadow-map on --depth-prepass on --out a.png --aov a.exr");
 }
 
 #[test]

@@ -142,6 +142,20 @@ pub enum SelfShadow {
     Hard,
 }
 
+/// Whether a frame's depth is drawn before its colours. Of surfaces that coincide the last one drawn then shows, else the
+/// first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DepthPrepass {
+    /// Of plain surfaces, where there are several: their depth costs no fragment shader. A shell's is a trace as long as
+    /// its shading's.
+    #[default]
+    Auto,
+    /// Never: a fragment that something nearer covers later is shaded in vain.
+    Off,
+    /// Of all that is drawn: each pixel is shaded once, by the surface whose depth stayed.
+    On,
+}
+
 /// What is drawn in place of a displaced primitive's shell, for comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
@@ -232,6 +246,8 @@ pub struct Settings {
     pub shadow_map_size: u32,
     /// Shadow maps of a directional light: the nearer to the camera, the finer.
     pub cascades: u32,
+    /// Depth before colours.
+    pub depth_prepass: DepthPrepass,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -263,6 +279,7 @@ impl Default for Settings {
             shadow_map: false,
             shadow_map_size: 1024,
             cascades: 3,
+            depth_prepass: DepthPrepass::Auto,
             count_limits: false,
             baseline: None,
         }
@@ -323,4 +340,5 @@ names!(March {
 names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
 names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
 names!(SelfShadow { Off = "off", Hard = "hard" });
+names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

@@ -22,6 +22,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
         settings.silhouette = args.silhouette.unwrap_or(base.silhouette);
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
     }
+    settings.depth_prepass = args.depth_prepass.unwrap_or(base.depth_prepass);
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);
     if !settings.shadow_map && (args.shadow_map_size.is_some() || args.cascades.is_some()) {
         return usage("--shadow-map-size, --cascades: no shadow map is drawn; add --shadow-map on".into());

@@ -6,7 +6,7 @@ use super::{classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
-    settings::{March, SelfShadow, Shell, Silhouette, Stage, Validation},
+    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation},
 };
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
@@ -299,6 +299,11 @@ pub struct LookArgs {
     /// Shadows that the detail casts on itself; in a shell exact across triangles [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
     pub self_shadow: Option<SelfShadow>,
+
+    /// Whether depth is drawn before colours, so that no hidden pixel is shaded; auto: that of plain surfaces, where there
+    /// are several [default: auto]
+    #[arg(long, value_parser = words(DepthPrepass::ALL, DepthPrepass::name))]
+    pub depth_prepass: Option<DepthPrepass>,
 
     /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
     /// [default: off, on where the sample says so]

@@ -8,9 +8,14 @@
 //   Tips and Techniques", 2006); in perspective too, as the depth buffer's value is affine in 1 / depth;
 // - its detail: by how much the height field leaves that plane at the texel, one height looked up where the plane alone
 //   would be in shadow. Along the light's ray that is e (L · n) / (n · l) for e levels of lift L. The ray meets the bent
-//   surface a little aside of the place looked up, so that amount is allowed once more;
-// - rounding: 2^-20 of the terms of each sum that f32 takes, and 1/128 texel of slope, as the rasteriser moves the
-//   corners of plain triangles to its grid (1/256 texel).
+//   surface a little aside of the place looked up, so that amount is allowed once more; and where that does not do, the
+//   same again at the place of what the map holds;
+// - rounding: 2^-20 of the terms of each sum that f32 takes, and of plain triangles 1/128 texel of slope, as the
+//   rasteriser moves their corners to its grid (1/256 texel). A traced surface is met on the texel's ray itself.
+//
+// What those allowances let pass may be the same height field standing in the light: a crest beside a joint, within the
+// depth that the joint itself runs through over a texel. So the receiver's own way to the light is then followed through
+// the field, as its tangent frame continues it, up to the depth in the map.
 #ifndef RENDER_SHADOW_MAP_GLSL
 #define RENDER_SHADOW_MAP_GLSL
 
@@ -24,7 +29,15 @@ layout(std430, set = 0, binding = 4) readonly buffer ShadowViewBlock { ShadowVie
 layout(set = 0, binding = 5) uniform sampler2D shadow_atlas;
 
 const float ROUNDING = 1.0 / 1048576.0;
+#ifdef RASTERISED
 const float SNAPPING = 1.0 / 128.0;
+#else
+const float SNAPPING = 0.0;
+#endif
+
+// Most heights looked up on the way to one texel's blocker.
+const int FIELD_STEPS = 32;
+const float FIELD_ROUNDING = 1.0 / 65536.0;
 
 // How the height field continues beside the receiver. Of a surface without one, all zero.
 struct Relief {
@@ -46,6 +59,39 @@ float leaves_plane(Relief relief, vec3 moved) {
 #else
     return 0.0;
 #endif
+}
+
+// How the light's way runs through the height field, per world unit from the receiver.
+struct FieldWay {
+    float gain; // levels over the tangent plane
+    vec3 along; // displacement within that plane
+};
+
+FieldWay field_way(Relief relief, vec3 normal, vec3 toward) {
+    float gain = dot(toward, normal) / dot(relief.lift, normal);
+    return FieldWay(gain, toward - gain * relief.lift);
+}
+
+// Whether the height field itself stands in the receiver's light, up to `reach` from it: two heights a texel of the
+// height map, or FIELD_STEPS of a function. What counts is more than UVs' and the hit's rounding make of a height.
+bool field_blocks(Relief relief, FieldWay way, float reach) {
+#ifdef HAS_HEIGHT
+    vec2 run = reach * (relief.to_uv * way.along);
+    float climb = reach * (way.gain + dot(relief.rise, way.along)), side = sign(way.gain);
+    int steps = FIELD_STEPS;
+#ifndef HEIGHT_PROCEDURE
+    steps = int(clamp(ceil(2.0 * length(run * height_size())), 1.0, float(FIELD_STEPS)));
+#endif
+    for (int i = 1; i <= steps; ++i) {
+        float part = float(i) / float(steps);
+        float height = height_at(relief.uv + part * run, 0.0);
+        float level = (height - material.displacement.y) * material.displacement.x;
+        if (side * (level - relief.level - part * climb) > FIELD_ROUNDING * material.displacement.x) {
+            return true;
+        }
+    }
+#endif
+    return false;
 }
 
 float weighed(vec4 at, vec3 position) {
@@ -88,12 +134,23 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     for (int i = 0; i < 4; ++i) {
         // A gather's order: lower left, lower right, upper right, upper left.
         vec2 away = first + 0.5 + vec2(i == 1 || i == 2 ? 1.0 : 0.0, i < 2 ? 1.0 : 0.0) - at;
-        float over = stored[i] - receiver - dot(slope, away) - rounding;
-        if (over > 0.0) {
-            float bend = lifted * leaves_plane(relief, away.x * across + away.y * down);
-            over -= abs(bend) + max(bend, 0.0);
+        float over = stored[i] - receiver - dot(slope, away);
+        bool blocked = over > rounding;
+#ifdef HAS_HEIGHT
+        if (blocked && relief.lift != vec3(0.0)) {
+            FieldWay way = field_way(relief, normal, toward);
+            float reach = over / (change * dot(axis, toward));
+            vec3 moved = away.x * across + away.y * down;
+            float bend = lifted * leaves_plane(relief, moved);
+            blocked = over - rounding > abs(bend) + max(bend, 0.0);
+            if (blocked) {
+                bend = lifted * leaves_plane(relief, moved + reach * way.along);
+                blocked = over - rounding > abs(bend) + max(bend, 0.0);
+            }
+            blocked = blocked || field_blocks(relief, way, reach);
         }
-        lit += over > 0.0 ? 0.0 : share[i];
+#endif
+        lit += blocked ? 0.0 : share[i];
     }
     return lit;
 }

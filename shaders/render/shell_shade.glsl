@@ -22,7 +22,8 @@
 #endif
 
 // The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
-layout(depth_less) out float gl_FragDepth;
+// A depth pre-pass and the shading after it are to agree on it.
+layout(depth_less) invariant out float gl_FragDepth;
 
 // Change of the barycentric weights of corners 1 and 2 when a point of the triangle's plane moves by `moved`.
 vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {

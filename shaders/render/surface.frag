@@ -8,6 +8,7 @@
 #include "render/brdf.glsl"
 #include "render/output.glsl"
 #ifdef SHADOW_MAPS
+#define RASTERISED
 #include "render/shadow_map.glsl"
 #endif
 #endif
@@ -26,6 +27,11 @@ layout(location = 4) in vec2 in_height_uv;
 #include "render/lod_fade.glsl"
 #endif
 #include "render/dither.glsl"
+
+#if defined(DEPTH_OFFSET) || defined(DEPTH_SHIFT)
+// A depth pre-pass and the shading after it are to agree on it.
+invariant gl_FragDepth;
+#endif
 
 vec3 toward_eye(Object object, vec3 position) {
     return object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
@@ -156,16 +162,17 @@ void main() {
     }
     gl_FragDepth = buffer_depth(view_depth);
 #endif
-#ifndef DEPTH_ONLY
 #ifdef DEPTH_SHIFT
     // Along the ray, away from the eye; what is shaded stays where it is.
     float share = 1.0;
 #ifdef DITHER
     share = pixel_noise();
 #endif
-    float shifted = view_depth - share * material.classic.z * dot(surface.view, frame.forward.xyz);
-    gl_FragDepth = buffer_depth(max(shifted, frame.lens.z));
+    vec3 from_eye = transform_point(object.world_x, object.world_y, object.world_z, position);
+    float along_view = object.eye.w != 0.0 ? dot(normalize(from_eye), frame.forward.xyz) : 1.0;
+    gl_FragDepth = buffer_depth(max(view_depth + share * material.classic.z * along_view, frame.lens.z));
 #endif
+#ifndef DEPTH_ONLY
 #ifdef HAS_HEIGHT
     float height = level / material.displacement.x + material.displacement.y;
 #else

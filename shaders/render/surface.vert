@@ -2,6 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "render/interface.glsl"
 
+// A depth pre-pass and the shading after it are to agree on it.
+invariant gl_Position;
+
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;   // authored, mesh space
 layout(location = 2) out vec4 out_uvs;

@@ -121,6 +121,8 @@ pub struct Renderer {
     deformers: Vec<Deformer>,
     /// Set 1 of each draw.
     sets: Vec<DescriptorSet>,
+    /// The same of those whose depth comes first.
+    depth_sets: Vec<Option<DescriptorSet>>,
     slots: Vec<Slot>,
     shadow_maps: Option<ShadowMaps>,
     targets: Option<Targets>,
@@ -159,6 +161,7 @@ impl Renderer {
             deformers: Vec::new(),
             pipelines: HashMap::new(),
             sets: Vec::new(),
+            depth_sets: Vec::new(),
             slots: Vec::new(),
             shadow_maps: None,
             targets: None,
@@ -176,16 +179,22 @@ impl Renderer {
         let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
         let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
         for draw in plan.draws.iter().chain(blockers) {
-            if !self.pipelines.contains_key(&draw.variant) {
-                let pipeline = self.pipeline(compiler, &draw.variant)?;
-                self.pipelines.insert(draw.variant, pipeline);
+            for variant in draw.depth.iter().chain([&draw.variant]) {
+                if !self.pipelines.contains_key(variant) {
+                    let pipeline = self.pipeline(compiler, variant)?;
+                    self.pipelines.insert(*variant, pipeline);
+                }
             }
         }
-        let set = |draw: &Draw| {
-            let pipeline = &self.pipelines[&draw.variant];
-            primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, &plan, draw, &self.images)
+        let set_of = |draw: &Draw, variant: &Variant| {
+            let pipeline = &self.pipelines[variant];
+            let planned = &plan.primitives[draw.primitive];
+            primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, planned, variant, &self.images)
         };
+        let set = |draw: &Draw| set_of(draw, &draw.variant);
         let sets = plan.draws.iter().map(set).collect::<Result<Vec<_>>>()?;
+        let depth_set = |draw: &Draw| draw.depth.map(|depth| set_of(draw, &depth)).transpose();
+        let depth_sets = plan.draws.iter().map(depth_set).collect::<Result<Vec<_>>>()?;
         let shadow_maps = plan
             .shadow_maps
             .as_ref()
@@ -201,6 +210,7 @@ impl Renderer {
         self.primitives = primitives;
         self.deformers = deformers;
         self.sets = sets;
+        self.depth_sets = depth_sets;
         self.shadow_maps = shadow_maps;
         Ok(())
     }
@@ -283,9 +293,8 @@ impl Renderer {
         let frame = view.frame(lights.len(), &self.scene.ambient);
         self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
         let atlas: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
-        for draw in &self.plan.draws {
-            let pipeline = &self.pipelines[&draw.variant];
-            self.slots[slot].prepare(&self.ctx, &draw.variant, pipeline, &atlas)?;
+        for variant in self.plan.draws.iter().flat_map(|draw| draw.depth.iter().chain([&draw.variant])) {
+            self.slots[slot].prepare(&self.ctx, variant, &self.pipelines[variant], &atlas)?;
         }
 
         let targets = self.targets.as_mut().expect("resize made them");
@@ -297,15 +306,21 @@ impl Renderer {
         // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
         let (shells, surfaces): (Vec<_>, Vec<_>) =
             (0..self.plan.draws.len()).partition(|i| is_shell(&self.plan.draws[*i]));
-        let mut clear = true;
-        for (name, draws) in [("surface", surfaces), ("shell", shells)] {
-            // The first pass clears, so a scene without any draw still has one.
-            if draws.is_empty() && (name == "shell" || !self.plan.draws.is_empty()) {
+        // Depth is clear until something is drawn, colours are until something is shaded.
+        let depths: Vec<_> = surfaces.iter().chain(&shells).copied().collect();
+        let depths: Vec<_> = depths.into_iter().filter(|i| self.plan.draws[*i].depth.is_some()).collect();
+        let mut clear = [true; 2];
+        for (name, draws) in [("depth", depths), ("surface", surfaces), ("shell", shells)] {
+            // The first pass that shades clears, so a scene without any draw still has one.
+            if draws.is_empty() && (name != "surface" || !self.plan.draws.is_empty()) {
                 continue;
             }
-            if !clear {
-                cmd.memory_barrier(Access::COLOR_WRITE, Access::COLOR_WRITE);
+            let shades = name != "depth";
+            if !clear[0] {
                 cmd.memory_barrier(Access::DEPTH_WRITE, Access::DEPTH_WRITE);
+            }
+            if !clear[1] {
+                cmd.memory_barrier(Access::COLOR_WRITE, Access::COLOR_WRITE);
             }
             if let Some(timers) = timers.as_deref_mut() {
                 timers.begin(cmd, slot, name);
@@ -316,32 +331,40 @@ impl Renderer {
                     mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
                 }
             }
-            self.begin_pass(cmd, name, target, clear);
+            self.begin_pass(cmd, name, shades.then_some(target), clear);
             for index in draws {
                 let draw = &self.plan.draws[index];
-                let sets = [self.slots[slot].set(&draw.variant), &self.sets[index]];
-                self.record_draw(cmd, draw, sets, index, &frame, &objects[index], cut[index]);
+                let (variant, set) = match (&draw.depth, &self.depth_sets[index]) {
+                    (Some(depth), Some(set)) if !shades => (depth, set),
+                    _ => (&draw.variant, &self.sets[index]),
+                };
+                let sets = [self.slots[slot].set(variant), set];
+                self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], cut[index]);
             }
             cmd.end_rendering();
             if let Some(timers) = timers.as_deref_mut() {
                 timers.end(cmd);
             }
-            clear = false;
+            clear = [false, clear[1] && !shades];
         }
         self.slots[slot].end(cmd);
         Ok(())
     }
 
-    /// Begins a pass over all targets: the frame's first clears them, the next draw on.
-    fn begin_pass(&self, cmd: &mut CommandEncoder, name: &str, target: &Image, clear: bool) {
+    /// Begins a pass over the depth and, where it shades, all other targets. clear: whether it is the first to draw depth,
+    /// and to shade.
+    fn begin_pass(&self, cmd: &mut CommandEncoder, name: &str, target: Option<&Image>, clear: [bool; 2]) {
         let targets = self.targets.as_ref().expect("made before the first pass");
-        let load = if clear { Load::Clear(BACKGROUND) } else { Load::Keep };
-        let mut color = vec![Attachment { image: target, load, store: true, resolve: None }];
-        if let Some(aov) = &targets.aov {
-            color.extend(aov.attachments(clear));
+        let [clear_depth, clear_color] = clear;
+        let load = if clear_color { Load::Clear(BACKGROUND) } else { Load::Keep };
+        let mut color = Vec::new();
+        if let Some(image) = target {
+            color.push(Attachment { image, load, store: true, resolve: None });
+            color.extend(targets.aov.iter().flat_map(|aov| aov.attachments(clear_color)));
         }
-        let depth = DepthAttachment { image: &targets.depth, clear: clear.then_some(0.0), store: true };
-        cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent: target.extent() });
+        let extent = targets.depth.extent();
+        let depth = DepthAttachment { image: &targets.depth, clear: clear_depth.then_some(0.0), store: true };
+        cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent });
     }
 
     /// What `draws` need of a view: each one's transforms, and whether the near plane may lie within its shell or under it.
@@ -355,19 +378,21 @@ impl Renderer {
         draws.iter().map(of).unzip()
     }
 
-    /// `sets`: 0 and 1. `index`: of the draw's object. `cut`: see [`Renderer::objects`].
+    /// `variant`: the draw's, or what draws its depth. `sets`: 0 and 1. `index`: of the draw's object. `cut`: see
+    /// [`Renderer::objects`].
     #[allow(clippy::too_many_arguments)]
     fn record_draw(
         &self,
         cmd: &mut CommandEncoder,
         draw: &Draw,
+        variant: &Variant,
         sets: [&DescriptorSet; 2],
         index: usize,
         frame: &Frame,
         object: &Object,
         cut: bool,
     ) {
-        let pipeline = &self.pipelines[&draw.variant];
+        let pipeline = &self.pipelines[variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
         for (number, set) in (0..).zip(sets) {
@@ -427,8 +452,10 @@ impl Renderer {
         let mut variants: Vec<Variant> = Vec::new();
         let blockers = self.plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
         for draw in self.plan.draws.iter().chain(blockers) {
-            if !variants.contains(&draw.variant) {
-                variants.push(draw.variant);
+            for variant in draw.depth.into_iter().chain([draw.variant]) {
+                if !variants.contains(&variant) {
+                    variants.push(variant);
+                }
             }
         }
         variants.iter().map(|v| (v.name(), &self.pipelines[v])).collect()
@@ -480,7 +507,11 @@ impl Renderer {
                 vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
                 color_formats: &color_formats,
                 depth_format: Some(DEPTH_FORMAT),
-                depth: DepthState { test: true, write: true, compare: vk::CompareOp::GREATER },
+                depth: if variant.depth_stands {
+                    DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
+                } else {
+                    DepthState::REVERSED
+                },
                 cull,
                 front_face,
                 topology: if outlines {

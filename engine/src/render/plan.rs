@@ -8,7 +8,7 @@ use super::shadow;
 use super::variant::{Geometry, Height, Pass, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
-use crate::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -27,6 +27,8 @@ pub struct Draw {
     pub primitive: usize,
     /// Shader code and state.
     pub variant: Variant,
+    /// What draws its depth before any colour, if that comes first.
+    pub depth: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
 }
@@ -137,6 +139,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
     if settings.lod_fade.is_some() && aov {
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
+    plan_depths(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
@@ -230,6 +233,7 @@ fn plan_draws(
         mirrored: instance.transform.matrix3.determinant() < 0.0,
         lights: !scene.lights.is_empty(),
         pass: Pass::Shade,
+        depth_stands: false,
         shadowed_lights: 0,
         shadow_maps: false,
         aov,
@@ -239,7 +243,7 @@ fn plan_draws(
     let prisms = geometry.shell.prisms.len() as u32;
     let mut push = |variant: Variant, range: Range<u32>| {
         if !range.is_empty() {
-            plan.draws.push(Draw { instance: index, primitive: planned, variant, range });
+            plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range });
         }
     };
     let micro_mesh = settings.baseline.is_some() && geometry.shell.is_displaced();
@@ -307,6 +311,23 @@ fn plan_shadow_maps(scene: &Scene, settings: &Settings, plan: &mut Plan) {
         }
     };
     plan.notices.push(format!("no shadow map: {reason}"));
+}
+
+/// Whose depth is drawn before all colours. What is not among them may be drawn after them as ever.
+fn plan_depths(settings: &Settings, plan: &mut Plan) {
+    // Without a fragment shader.
+    let cheap = |draw: &Draw| matches!(draw.variant.for_depth().shaders(), [_]);
+    let several = plan.draws.iter().filter(|draw| cheap(draw)).count() > 1;
+    let first = |draw: &Draw| match settings.depth_prepass {
+        DepthPrepass::Off => false,
+        DepthPrepass::Auto => several && cheap(draw),
+        // A baseline's mesh is culled for one pass.
+        DepthPrepass::On => draw.variant.geometry != Geometry::MicroMesh,
+    };
+    for draw in plan.draws.iter_mut().filter(|draw| first(draw)) {
+        draw.depth = Some(draw.variant.for_depth());
+        draw.variant.depth_stands = true;
+    }
 }
 
 /// Whether something drawn may stand between a light and something else: not where all is one flat plain sheet.

@@ -9,7 +9,7 @@ use super::baseline::{Drawable, MicroMesh};
 use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
-use super::plan::{Draw, Plan, PlannedPrimitive, source, texture_refs};
+use super::plan::{Plan, PlannedPrimitive, source, texture_refs};
 use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
 use super::{cones, pyramid};
 use crate::error::{Error, Result};
@@ -414,17 +414,17 @@ pub fn upload(
 }
 
 impl Primitive {
-    /// Set 1 of a draw of it.
+    /// Set 1 of a draw of it by a variant's pipeline.
     pub fn set(
         &self,
         ctx: &Context,
         pipeline: &Pipeline,
         scene: &Scene,
-        plan: &Plan,
-        draw: &Draw,
+        planned: &PlannedPrimitive,
+        variant: &Variant,
         images: &Images,
     ) -> Result<DescriptorSet> {
-        let mut bindings = images.bindings(scene, &plan.primitives[draw.primitive], &draw.variant);
+        let mut bindings = images.bindings(scene, planned, variant);
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));

@@ -60,6 +60,8 @@ impl Geometry {
 pub enum Pass {
     /// The picture.
     Shade,
+    /// The picture's depth, before it is shaded.
+    Depth,
     /// A light's depth map: what blocks it, from either side.
     Light,
 }
@@ -106,6 +108,8 @@ pub struct Variant {
     pub pass: Pass,
     /// Geometry.
     pub geometry: Geometry,
+    /// Its depth stands already: shades where that is its own.
+    pub depth_stands: bool,
     /// UV set of each texture that the material has.
     pub textures: [Option<u8>; 5],
     /// Height field, if the draw reads one.
@@ -138,7 +142,12 @@ impl Variant {
         use ShaderStage as S;
         match self.geometry {
             // The rasteriser's own depth is enough.
-            Geometry::Surface if self.pass != Pass::Shade && !self.alpha_mask && self.height.is_none() => {
+            Geometry::Surface
+                if self.pass != Pass::Shade
+                    && !self.alpha_mask
+                    && self.height.is_none()
+                    && self.depth_shift.is_none() =>
+            {
                 &[("render/surface.vert", S::Vertex)]
             }
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
@@ -164,15 +173,29 @@ impl Variant {
 
     /// The same draw as a light sees it.
     pub fn for_light(self) -> Variant {
-        let [base_color, ..] = self.textures;
+        let depth = self.for_depth();
         Variant {
             pass: Pass::Light,
             depth_shift: None,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
-            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
             // A base surface stands where its depth says.
-            height: self.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset).map(|h| Height {
+            height: depth.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset),
+            ..depth
+        }
+    }
+
+    /// What draws its depth alone, before it is shaded.
+    pub fn for_depth(self) -> Variant {
+        let [base_color, ..] = self.textures;
+        // A base surface that no ray moves is its triangles, wherever nothing is cut out of it.
+        let flat = self.geometry == Geometry::Surface && !self.alpha_mask;
+        let idle = |h: &Height| flat && !(h.depth_offset || h.uv_bounds || h.horizon);
+        Variant {
+            pass: Pass::Depth,
+            depth_stands: false,
+            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
+            height: self.height.filter(|h| !idle(h)).map(|h| Height {
                 self_shadow: false,
                 reenters: false,
                 ambient_occlusion: false,
@@ -214,6 +237,7 @@ impl Variant {
         };
         match self.pass {
             Pass::Shade => name,
+            Pass::Depth => format!("depth: {name}"),
             Pass::Light => format!("shadow map: {name}"),
         }
     }

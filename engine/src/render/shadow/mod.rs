@@ -187,7 +187,7 @@ impl Renderer {
         for shells in [false, true] {
             for (index, draw) in plan.draws.iter().enumerate().filter(|(_, draw)| is_shell(draw) == shells) {
                 let sets = [slots.set(&draw.variant), &maps.sets[index]];
-                self.record_draw(cmd, draw, sets, index, &frame, &objects[index], cut[index]);
+                self.record_draw(cmd, draw, &draw.variant, sets, index, &frame, &objects[index], cut[index]);
             }
         }
         Ok(())
