@@ -4,6 +4,7 @@ mod app;
 mod bench;
 mod cloth;
 mod depth_offset;
+mod integration;
 mod prism_shell;
 mod shadows;
 mod silhouette;
@@ -21,5 +22,6 @@ fn main() -> std::process::ExitCode {
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,
+        &integration::Integration,
     ])
 }
