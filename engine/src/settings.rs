@@ -229,6 +229,8 @@ pub struct Settings {
     pub shadow_map_size: u32,
     /// Shadow maps of a directional light: the nearer to the camera, the finer.
     pub cascades: u32,
+    /// Samples of a pixel: 1 or 4. Surface data keep one, at the pixel's centre.
+    pub msaa: u32,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -259,6 +261,7 @@ impl Default for Settings {
             shadow_map: false,
             shadow_map_size: 1024,
             cascades: 3,
+            msaa: 1,
             count_limits: false,
             baseline: None,
         }

@@ -126,6 +126,10 @@ pub struct Variant {
     pub aov: bool,
     /// UV set of the AOV.
     pub aov_uv: u8,
+    /// Samples of a pixel.
+    pub samples: u8,
+    /// Its fragments are traced and shaded sample by sample.
+    pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
 }
@@ -181,6 +185,8 @@ impl Variant {
             shadow_maps: false,
             aov: false,
             aov_uv: 0,
+            samples: 1,
+            per_sample: false,
             ..self
         }
     }
@@ -188,6 +194,15 @@ impl Variant {
     /// Which sides of its triangles show.
     pub fn sides(&self) -> Sides {
         Sides { double: self.double_sided, mirrored: self.mirrored }
+    }
+
+    /// Whether the fragment itself says what it covers, or how deep: the raster's coverage of the samples says neither.
+    pub fn decides_coverage(&self) -> bool {
+        let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
+        self.geometry.stage().is_some()
+            || self.alpha_mask
+            || self.depth_shift.is_some()
+            || self.height.is_some_and(by_height)
     }
 
     /// Whether it reads blue noise.
@@ -211,6 +226,7 @@ impl Variant {
             }
         };
         match self.pass {
+            Pass::Shade if self.samples > 1 => format!("{name}, {} samples", self.samples),
             Pass::Shade => name,
             Pass::Light => format!("shadow map: {name}"),
         }
@@ -237,6 +253,7 @@ impl Variant {
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);
+        flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
         if let Some(height) = self.height {

@@ -8,7 +8,7 @@ use winit::{
 
 /// Printed when a window opens; `prism run --help` has the same in a sentence.
 pub const KEYS: &str = "\
-keys: S stage, H shell on/off, M march, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
+keys: S stage, H shell on/off, M march, A anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
 mouse: left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
 /// Printed after them where there are several scenes.
@@ -28,6 +28,8 @@ pub enum Wish {
     Shell,
     /// The next march.
     March,
+    /// One sample a pixel, or four.
+    Samples,
     /// The sample's time stopped, or going on.
     Pause,
     /// The next scene.
@@ -118,6 +120,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "s" => Some(Wish::Stage),
             "h" => Some(Wish::Shell),
             "m" => Some(Wish::March),
+            "a" => Some(Wish::Samples),
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
             "n" => Some(Wish::Next),
@@ -170,7 +173,7 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "R", "P", "Q", "N", "B"] {
+        for letter in ["S", "H", "M", "A", "R", "P", "Q", "N", "B"] {
             assert!(KEYS.contains(letter) || WALK_KEYS.contains(letter));
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");
         }

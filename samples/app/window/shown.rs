@@ -213,6 +213,7 @@ impl<'a> Shown<'a> {
                 let next = switch::with_next_march(&settings, |march| plan::allows(scene, march));
                 self.switch(next);
             }
+            Wish::Samples => self.switch(switch::with_other_samples(&settings)),
             Wish::Pause => {
                 self.clock.toggle_pause();
                 self.set_title();
