@@ -4,6 +4,7 @@ mod app;
 mod bench;
 mod cloth;
 mod depth_offset;
+mod integration;
 mod photo;
 mod prism_shell;
 mod procedural;
@@ -27,5 +28,6 @@ fn main() -> std::process::ExitCode {
         &procedural::Wall,
         &photo::Photographs,
         &terrain::Terrain,
+        &integration::Integration,
     ])
 }

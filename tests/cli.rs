@@ -109,7 +109,7 @@ fn options(help: &str) -> BTreeMap<String, String> {
 
 #[test]
 fn flags_of_later_versions_are_absent() {
-    for flags in ["--self-shadow soft", "--lod-fade 10", "--msaa 4"] {
+    for flags in ["--self-shadow soft", "--lod-fade 10"] {
         usage_error(render(flags), &[flag(flags)]);
     }
 }
@@ -125,6 +125,7 @@ fn wrong_words_are_usage_errors() {
     for flags in [
         "--no-such-flag",
         "--stage task",
+        "--msaa 2",
         "--shell maybe",
         "--march fast",
         "--silhouette sharp",
@@ -236,6 +237,7 @@ fn list_names_the_samples_on_stdout() {
         "procedural",
         "photo",
         "terrain",
+        "integration",
     ];
     assert_eq!(lines.len(), samples.len(), "{list}");
     for (line, sample) in lines.iter().zip(samples) {

@@ -248,6 +248,8 @@ pub struct Settings {
     pub cascades: u32,
     /// Depth before colours.
     pub depth_prepass: DepthPrepass,
+    /// Samples of a pixel: 1 or 4. Surface data keep one, at the pixel's centre.
+    pub msaa: u32,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
     /// Replaces the shell.
@@ -280,6 +282,7 @@ impl Default for Settings {
             shadow_map_size: 1024,
             cascades: 3,
             depth_prepass: DepthPrepass::Auto,
+            msaa: 1,
             count_limits: false,
             baseline: None,
         }

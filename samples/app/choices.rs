@@ -23,6 +23,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
     }
     settings.depth_prepass = args.depth_prepass.unwrap_or(base.depth_prepass);
+    settings.msaa = args.msaa.unwrap_or(base.msaa);
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);
     if !settings.shadow_map && (args.shadow_map_size.is_some() || args.cascades.is_some()) {
         return usage("--shadow-map-size, --cascades: no shadow map is drawn; add --shadow-map on".into());
@@ -220,6 +221,7 @@ mod tests {
             "--silhouette none --self-shadow off --depth-offset on",
             "--stage geometry --march pom",
             "--ambient-occlusion on",
+            "--msaa 4 --shell off",
             "--shell off --march normal --ambient-occlusion on",
             "--shell off --march none --ambient-occlusion off",
             "--self-shadow hard",

@@ -24,7 +24,7 @@ Data go to stdout, notices to stderr. `prism COMMAND --help` has every option an
 PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
-Keys in the window: S stage, H shell on or off, M march, D dithered start, L self-shadow, W shadow maps, A ambient \
+Keys in the window: S stage, H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient \
 occlusion, without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
 F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
@@ -317,6 +317,10 @@ pub struct LookArgs {
     /// Shadow maps of a directional light, the nearer to the camera the finer, 1 to 6 [default: 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=6))]
     pub cascades: Option<u32>,
+
+    /// Samples of a pixel: 4 smooth every outline, a shell's too; surface data keep one [default: 1]
+    #[arg(long, value_name = "1|4", value_parser = PossibleValuesParser::new(["1", "4"]).map(|word| if word == "4" { 4u32 } else { 1 }))]
+    pub msaa: Option<u32>,
 }
 
 /// What replaces the scene's camera.
@@ -534,7 +538,8 @@ mod tests {
             "--shadow-map soft",
             "--shadow-map-size 8",
             "--cascades 0",
-            "--msaa 4",
+            "--msaa 2",
+            "--msaa on",
         ] {
             let error = run(wrong).expect_err(wrong);
             assert_eq!(error.exit_code(), 2, "{wrong}");

@@ -1,5 +1,7 @@
 //! Frames without a window: draws them all, keeps the last.
 
+use std::path::Path;
+
 use indicatif::{ProgressBar, ProgressStyle};
 use prism_engine::{
     error::Result,
@@ -14,19 +16,43 @@ use super::{
     job::Job,
     load::{self, Loaded},
     offscreen::{self, Offscreen},
+    picture::Picture,
     png,
-    sample::{Drawn, Shot},
+    sample::{Drawn, Embedding, Shot},
 };
 
 /// Draws the job's frames and writes its files.
 pub fn run(job: &Job<'_>) -> Result<()> {
     let scenes = load::load(job, job.frames.unwrap_or(1))?;
+    if let Some(draw) = job.sample.embedding() {
+        return embed(job, &scenes[0], draw);
+    }
     let features = drawing::features(job, &scenes, false);
     let ctx = Context::new(&drawing::context_desc(job, &features))?;
     let log = ctx.validation_log();
     draw(job, scenes, ctx)?;
     // Everything is destroyed now: what the layer has to say about that counts too.
     log.check()
+}
+
+/// Lets the sample draw on a device of its own, and writes its picture.
+fn embed(job: &Job<'_>, loaded: &Loaded, draw: fn(&Embedding<'_>) -> Result<Picture>) -> Result<()> {
+    let session = &job.common.session;
+    let picture = draw(&Embedding {
+        scene: &loaded.scene,
+        camera: &loaded.start.camera,
+        settings: &job.settings,
+        size: job.size(),
+        validation: session.validation,
+        shader_dir: session.shader_dir.as_deref(),
+    })?;
+    job.out.as_ref().map_or(Ok(()), |path| write_picture(path, &picture))
+}
+
+fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
+    png::write(path, picture)?;
+    console::notice(format_args!("wrote {}", path.display()));
+    Ok(())
 }
 
 fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
@@ -81,8 +107,7 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     progress.finish_and_clear();
 
     if let Some(path) = &job.out {
-        png::write(path, &composed.map_or_else(|| picture.read(), Ok)?)?;
-        console::notice(format_args!("wrote {}", path.display()));
+        write_picture(path, &composed.map_or_else(|| picture.read(), Ok)?)?;
     }
     if let Some(path) = &session.aov {
         if extent != job.size() {

@@ -51,6 +51,10 @@ impl<'a> Job<'a> {
     /// `prism run`.
     pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
         let sample = find(&args.sample, samples)?;
+        let embedded = sample.embedding().is_some();
+        if embedded {
+            refuse_without_application(&args, sample)?;
+        }
         let walk = match (sample.scene(), args.scene) {
             (Source::Walk(names), chosen) => {
                 let files = names.iter().map(|name| assets::find(name)).collect::<Result<_>>()?;
@@ -64,7 +68,7 @@ impl<'a> Job<'a> {
             (Source::File(file), None) => Walk::single(file),
         };
         let files_only = args.headless || args.out.is_some() || args.common.session.aov.is_some();
-        let window = !files_only && window_possible();
+        let window = !files_only && !embedded && window_possible();
         if args.time_step.is_some() && !sample.moves() {
             return usage(format!("--time-step: nothing in {} moves with time; drop the flag", sample.id()));
         }
@@ -135,6 +139,22 @@ impl<'a> Job<'a> {
             seen.push((flag, path));
         }
         Ok(())
+    }
+}
+
+/// What is the application's doing, and not that of a sample which draws by itself.
+fn refuse_without_application(args: &RunArgs, sample: &dyn Sample) -> Result<()> {
+    let session = &args.common.session;
+    let flags = [
+        ("--frames", args.frames.is_some()),
+        ("--aov", session.aov.is_some()),
+        ("--csv", session.csv.is_some()),
+        ("--stats", session.stats),
+        ("--gpu", session.gpu.is_some()),
+    ];
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => usage(format!("{flag}: {} draws one picture on a device of its own; drop it", sample.id())),
+        None => Ok(()),
     }
 }
 

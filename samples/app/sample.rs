@@ -1,13 +1,13 @@
 //! What a sample is. One trait serves the window, the headless run, the report and the tests.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use prism_engine::{
     aov::Aov,
     error::Result,
     scene::{Camera, Scene},
-    settings::Settings,
+    settings::{Settings, Validation},
 };
 
 use super::picture::Picture;
@@ -40,10 +40,31 @@ pub trait Sample: Sync {
         Moment::still(*start)
     }
 
+    /// How the sample draws its picture by itself, on a device of its own. By default the application draws.
+    fn embedding(&self) -> Option<fn(&Embedding<'_>) -> Result<Picture>> {
+        None
+    }
+
     /// What a frame is made into before it is shown. By default it is shown as it is.
     fn exhibit(&self) -> Option<&'static dyn Exhibit> {
         None
     }
+}
+
+/// What a sample that draws by itself is to draw.
+pub struct Embedding<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Where from.
+    pub camera: &'a Camera,
+    /// How.
+    pub settings: &'a Settings,
+    /// Pixels of the picture.
+    pub size: [u32; 2],
+    /// What the validation layer checks.
+    pub validation: Validation,
+    /// Where shaders are read from, if not from the program.
+    pub shader_dir: Option<&'a Path>,
 }
 
 /// A picture made of a frame and its surface data, such as a comparison, and what it says in figures.

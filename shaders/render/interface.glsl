@@ -4,6 +4,13 @@
 
 #include "layout.glsl"
 
+// Of a fragment's inputs: taken at the sample that it is alone for.
+#ifdef SAMPLE_SHADING
+#define PER_SAMPLE sample
+#else
+#define PER_SAMPLE
+#endif
+
 layout(std140, set = 0, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, set = 0, binding = 1) readonly buffer ObjectBlock { Object item[]; } objects;
 #ifdef HAS_LIGHTS

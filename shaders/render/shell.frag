@@ -29,7 +29,7 @@ void main() {
     PrismData data = prisms.item[in_prism];
     Vertex v[3] = Vertex[3](vertices.item[data.corners[0]], vertices.item[data.corners[1]],
                             vertices.item[data.corners[2]]);
-    vec2 ndc = pixel_ndc(gl_FragCoord.xy);
+    vec2 ndc = pixel_ndc(ray_point());
 
     ProjectedPrism projected;
     vec3 depth, slope;

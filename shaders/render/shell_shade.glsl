@@ -25,6 +25,15 @@
 // A depth pre-pass and the shading after it are to agree on it.
 layout(depth_less) invariant out float gl_FragDepth;
 
+// The target's point whose ray the fragment traces: the pixel's centre, or that of the sample which it is alone for.
+vec2 ray_point() {
+#ifdef SAMPLE_SHADING
+    return floor(gl_FragCoord.xy) + gl_SamplePosition;
+#else
+    return gl_FragCoord.xy;
+#endif
+}
+
 // Change of the barycentric weights of corners 1 and 2 when a point of the triangle's plane moves by `moved`.
 vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
     float g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2);

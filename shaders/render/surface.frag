@@ -13,14 +13,14 @@
 #endif
 #endif
 
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec3 in_normal;
-layout(location = 2) in vec4 in_uvs;
+layout(location = 0) PER_SAMPLE in vec3 in_position;
+layout(location = 1) PER_SAMPLE in vec3 in_normal;
+layout(location = 2) PER_SAMPLE in vec4 in_uvs;
 #ifdef NORMAL_UV
-layout(location = 3) in vec4 in_tangent;
+layout(location = 3) PER_SAMPLE in vec4 in_tangent;
 #endif
 #ifdef HAS_HEIGHT
-layout(location = 4) in vec2 in_height_uv;
+layout(location = 4) PER_SAMPLE in vec2 in_height_uv;
 #include "render/height_field.glsl"
 #include "shell/plane.glsl"
 #include "shell/normals.glsl"

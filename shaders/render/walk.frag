@@ -25,12 +25,12 @@ layout(location = 0) perprimitiveEXT flat in uint in_prism;
 layout(location = 0) flat in uint in_prism;
 #endif
 #ifdef WALK_LIDS
-layout(location = 1) in float in_level;
+layout(location = 1) PER_SAMPLE in float in_level;
 #endif
 
 void main() {
     Object object = objects.item[draw.object];
-    vec2 ndc = pixel_ndc(gl_FragCoord.xy);
+    vec2 ndc = pixel_ndc(ray_point());
     WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);

@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashMap,
-    ffi::CString,
+    ffi::{CStr, CString},
     mem::ManuallyDrop,
     ops::Deref,
     path::PathBuf,
@@ -93,7 +93,7 @@ pub(super) struct Inner {
     pub physical: vk::PhysicalDevice,
     pub mesh: Option<ext::mesh_shader::Device>,
     pub debug: Option<ext::debug_utils::Device>,
-    pub device: OwnedDevice,
+    pub device: Device,
     #[cfg(feature = "window")]
     pub surface: Option<super::swapchain::Surface>,
     pub instance: Instance,
@@ -116,21 +116,48 @@ pub struct MeshLimits {
     pub max_group_total: u32,
 }
 
-pub(super) struct OwnedDevice(ash::Device);
+/// A device that destroys itself, unless it is a host's.
+pub(super) struct Device {
+    raw: ash::Device,
+    owned: bool,
+}
 
-impl Deref for OwnedDevice {
+impl Deref for Device {
     type Target = ash::Device;
 
     fn deref(&self) -> &ash::Device {
-        &self.0
+        &self.raw
     }
 }
 
-impl Drop for OwnedDevice {
+impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: owners of child objects hold the context, so none is left.
-        unsafe { self.0.destroy_device(None) };
+        if self.owned {
+            // SAFETY: owners of child objects hold the context, so none is left.
+            unsafe { self.raw.destroy_device(None) };
+        }
     }
+}
+
+/// The device of an engine that has one already, for [`Context::from_host`].
+#[derive(Clone, Copy)]
+pub struct Host<'a> {
+    /// Loader.
+    pub entry: &'a ash::Entry,
+    /// Instance, made for Vulkan 1.3.
+    pub instance: &'a ash::Instance,
+    /// Whether the instance was made with `VK_EXT_debug_utils`: objects and passes then get names.
+    pub debug_utils: bool,
+    /// Physical device, of Vulkan 1.3.
+    pub physical: vk::PhysicalDevice,
+    /// Device.
+    pub device: &'a ash::Device,
+    /// A family with graphics and compute.
+    pub queue_family: u32,
+    /// A queue of that family: uploads and read-backs are submitted to it at once.
+    pub queue: vk::Queue,
+    /// What of the features that [`crate::render::features`] names the device was made with.
+    pub features: &'a [Feature],
 }
 
 /// The Vulkan objects behind a [`Context`], for code that records with its own Vulkan calls.
@@ -191,49 +218,47 @@ impl Context {
         let device = create_device(&instance, &chosen, &enabled, has_mesh, &extensions)?;
         // SAFETY: the family is the one the device was created with, with one queue.
         let queue = unsafe { device.get_device_queue(chosen.queue_family, 0) };
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.raw.clone(),
-            device: device.0.clone(),
-            physical_device: chosen.physical,
-            debug_settings: Default::default(),
-            buffer_device_address: false,
-            // Small first blocks: most scenes here are far below the default 256 MiB.
-            allocation_sizes: AllocationSizes::new(16 << 20, 8 << 20)
-                .with_max_device_memblock_size(256 << 20)
-                .with_max_host_memblock_size(64 << 20),
-        })
-        .map_err(|e| Error::gpu("creating the memory allocator", e))?;
-        let (pipeline_cache, pipeline_cache_file) = load_pipeline_cache(&device, &chosen.properties)?;
-        let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
-        let context = Context(Arc::new(Inner {
-            retirement: Mutex::default(),
-            samplers: Mutex::default(),
-            pools: Mutex::default(),
-            pipeline_cache,
-            pipeline_cache_file,
-            allocator: ManuallyDrop::new(Mutex::new(allocator)),
-            queue: Mutex::new(queue),
-            queue_family: chosen.queue_family,
-            timestamp_bits: chosen.timestamp_bits,
-            mesh_limits: has_mesh.then(|| mesh_limits(&instance, chosen.physical)),
+        let parts = Parts {
+            queue,
             max_image_2d: masks.max_image_2d(chosen.properties.limits.max_image_dimension2_d),
-            properties: chosen.properties,
-            name: chosen.report.name,
-            driver: chosen.report.driver,
+            chosen,
             enabled,
-            extensions: extensions.iter().map(|e| e.to_string_lossy().into_owned()).collect(),
-            physical: chosen.physical,
-            mesh: has_mesh.then(|| ext::mesh_shader::Device::new(&instance.raw, &device)),
-            debug,
+            extensions,
             device,
             #[cfg(feature = "window")]
             surface,
             instance,
-        }));
-        context.set_name(queue, "queue");
-        context.set_name(pipeline_cache, "pipeline cache");
-        tracing::debug!("device: {}, {}", context.device_name(), context.driver());
-        Ok(context)
+        };
+        parts.assemble()
+    }
+
+    /// Makes the device of another engine ready for ours. Neither it nor its instance is destroyed with the context.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] below Vulkan 1.3 and for a queue family without graphics and compute.
+    ///
+    /// # Safety
+    /// - Instance and device outlive the context and everything that is made with it.
+    /// - The device was made with the features `dynamicRendering`, `synchronization2` and `maintenance4` of Vulkan 1.3,
+    ///   with all of `features`, and with `VK_EXT_mesh_shader` if one of the mesh features is among these.
+    /// - `queue` is a queue of the device, of the family `queue_family`, and is used by no other thread while one is in a
+    ///   call of the engine: [`Context::queue`] locks it for the engine's own submissions.
+    pub unsafe fn from_host(host: &Host<'_>) -> Result<Self> {
+        let instance = Instance::from_host(host.entry, host.instance, host.debug_utils);
+        let chosen = select::host(&instance, host.physical, host.queue_family)?;
+        let has_mesh = host.features.iter().any(|f| f.needs_mesh_extension());
+        let parts = Parts {
+            queue: host.queue,
+            max_image_2d: chosen.properties.limits.max_image_dimension2_d,
+            chosen,
+            enabled: host.features.to_vec(),
+            extensions: if has_mesh { vec![ext::mesh_shader::NAME] } else { Vec::new() },
+            device: Device { raw: host.device.clone(), owned: false },
+            #[cfg(feature = "window")]
+            surface: None,
+            instance,
+        };
+        parts.assemble()
     }
 
     /// Whether the feature is enabled: asked for, present and not masked.
@@ -290,9 +315,9 @@ impl Context {
 
     /// Waits until the GPU has nothing left to do.
     pub fn wait_idle(&self) -> Result<()> {
-        let _queue = self.queue();
-        // SAFETY: the only queue is locked, as the call demands.
-        unsafe { self.0.device.device_wait_idle() }.map_err(|e| Error::gpu("waiting for the device", e))
+        let queue = self.queue();
+        // SAFETY: the queue is locked, as the call demands. A host's other queues are none of ours.
+        unsafe { self.0.device.queue_wait_idle(*queue) }.map_err(|e| Error::gpu("waiting for the device", e))
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -384,8 +409,9 @@ impl Context {
 
 impl Drop for Inner {
     fn drop(&mut self) {
-        // SAFETY: this is the last user of the device; a lost device is idle too.
-        let _ = unsafe { self.device.device_wait_idle() };
+        let queue = *lock(&self.queue);
+        // SAFETY: this is the last user of the queue; a lost device is idle too.
+        let _ = unsafe { self.device.queue_wait_idle(queue) };
         let rest = lock(&self.retirement).take_all();
         // SAFETY: the device is idle and every owner is gone.
         unsafe { retire::destroy(&self.device, &self.allocator, rest) };
@@ -409,6 +435,80 @@ impl Drop for Inner {
     }
 }
 
+/// What a context is made of.
+struct Parts {
+    queue: vk::Queue,
+    max_image_2d: u32,
+    chosen: select::Candidate,
+    enabled: Vec<Feature>,
+    extensions: Vec<&'static CStr>,
+    device: Device,
+    #[cfg(feature = "window")]
+    surface: Option<super::swapchain::Surface>,
+    instance: Instance,
+}
+
+impl Parts {
+    fn assemble(self) -> Result<Context> {
+        // Locals are dropped in reverse, should one of the steps fail.
+        let Parts {
+            instance,
+            #[cfg(feature = "window")]
+            surface,
+            device,
+            extensions,
+            enabled,
+            chosen,
+            max_image_2d,
+            queue,
+        } = self;
+        let has_mesh = enabled.iter().any(|f| f.needs_mesh_extension());
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.raw.clone(),
+            physical_device: chosen.physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            // Small first blocks: most scenes here are far below the default 256 MiB.
+            allocation_sizes: AllocationSizes::new(16 << 20, 8 << 20)
+                .with_max_device_memblock_size(256 << 20)
+                .with_max_host_memblock_size(64 << 20),
+        })
+        .map_err(|e| Error::gpu("creating the memory allocator", e))?;
+        let (pipeline_cache, pipeline_cache_file) = load_pipeline_cache(&device, &chosen.properties)?;
+        let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
+        let context = Context(Arc::new(Inner {
+            retirement: Mutex::default(),
+            samplers: Mutex::default(),
+            pools: Mutex::default(),
+            pipeline_cache,
+            pipeline_cache_file,
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            queue: Mutex::new(queue),
+            queue_family: chosen.queue_family,
+            timestamp_bits: chosen.timestamp_bits,
+            mesh_limits: has_mesh.then(|| mesh_limits(&instance, chosen.physical)),
+            max_image_2d,
+            properties: chosen.properties,
+            name: chosen.report.name,
+            driver: chosen.report.driver,
+            enabled,
+            extensions: extensions.iter().map(|e| e.to_string_lossy().into_owned()).collect(),
+            physical: chosen.physical,
+            mesh: has_mesh.then(|| ext::mesh_shader::Device::new(&instance.raw, &device)),
+            debug,
+            device,
+            #[cfg(feature = "window")]
+            surface,
+            instance,
+        }));
+        context.set_name(queue, "queue");
+        context.set_name(pipeline_cache, "pipeline cache");
+        tracing::debug!("device: {}, {}", context.device_name(), context.driver());
+        Ok(context)
+    }
+}
+
 /// A panic in another thread leaves the data of these locks usable.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -419,11 +519,11 @@ fn create_device(
     chosen: &select::Candidate,
     enabled: &[Feature],
     has_mesh: bool,
-    extensions: &[&std::ffi::CStr],
-) -> Result<OwnedDevice> {
+    extensions: &[&CStr],
+) -> Result<Device> {
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
-    let (core, mut mesh) = feature::to_enable(enabled);
+    let (core, mut mesh) = feature::feature_structs(enabled);
     // Every Vulkan 1.3 device has these. Maintenance4 is for `LocalSizeId`, which glslang writes for SPIR-V 1.6.
     let mut v13 =
         vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).maintenance4(true);
@@ -438,7 +538,9 @@ fn create_device(
         .push_next(&mut features);
     // SAFETY: everything in the chain lives until the call returns and was reported as supported.
     let device = unsafe { instance.raw.create_device(chosen.physical, &info, None) };
-    device.map(OwnedDevice).map_err(|e| Error::gpu(format!("creating a device on {}", chosen.report.name), e))
+    device
+        .map(|raw| Device { raw, owned: true })
+        .map_err(|e| Error::gpu(format!("creating a device on {}", chosen.report.name), e))
 }
 
 fn mesh_limits(instance: &Instance, physical: vk::PhysicalDevice) -> MeshLimits {
@@ -458,7 +560,7 @@ fn mesh_limits(instance: &Instance, physical: vk::PhysicalDevice) -> MeshLimits 
 
 /// The cache of this device and driver version, empty where there is none yet.
 fn load_pipeline_cache(
-    device: &OwnedDevice,
+    device: &Device,
     properties: &vk::PhysicalDeviceProperties,
 ) -> Result<(vk::PipelineCache, Option<PathBuf>)> {
     let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();

@@ -25,6 +25,8 @@ pub enum Feature {
     SamplerAnisotropy,
     /// Storage writes and atomics in fragment shaders.
     FragmentStoresAndAtomics,
+    /// Fragment shaders that run once for each sample.
+    SampleRateShading,
 }
 
 impl Feature {
@@ -38,6 +40,7 @@ impl Feature {
         Feature::PipelineStatistics,
         Feature::SamplerAnisotropy,
         Feature::FragmentStoresAndAtomics,
+        Feature::SampleRateShading,
     ];
 
     /// The name in reports and in `PRISM_MASK_FEATURES`.
@@ -51,6 +54,7 @@ impl Feature {
             Feature::PipelineStatistics => "pipeline-statistics",
             Feature::SamplerAnisotropy => "anisotropy",
             Feature::FragmentStoresAndAtomics => "fragment-stores",
+            Feature::SampleRateShading => "sample-rate-shading",
         }
     }
 
@@ -138,12 +142,14 @@ pub(super) fn supported(
         Feature::PipelineStatistics => core.pipeline_statistics_query,
         Feature::SamplerAnisotropy => core.sampler_anisotropy,
         Feature::FragmentStoresAndAtomics => core.fragment_stores_and_atomics,
+        Feature::SampleRateShading => core.sample_rate_shading,
     };
     Feature::ALL.iter().copied().filter(|f| has(f) == vk::TRUE).collect()
 }
 
-/// The structs that enable exactly `wanted`.
-pub(super) fn to_enable(
+/// The structs that enable exactly `wanted`. A host adds what it needs itself; without a feature of the mesh stage it
+/// leaves the second one out.
+pub fn feature_structs(
     wanted: &[Feature],
 ) -> (vk::PhysicalDeviceFeatures, vk::PhysicalDeviceMeshShaderFeaturesEXT<'static>) {
     let on = |feature| wanted.contains(&feature);
@@ -152,7 +158,8 @@ pub(super) fn to_enable(
         .fill_mode_non_solid(on(Feature::FillModeNonSolid))
         .pipeline_statistics_query(on(Feature::PipelineStatistics))
         .sampler_anisotropy(on(Feature::SamplerAnisotropy))
-        .fragment_stores_and_atomics(on(Feature::FragmentStoresAndAtomics));
+        .fragment_stores_and_atomics(on(Feature::FragmentStoresAndAtomics))
+        .sample_rate_shading(on(Feature::SampleRateShading));
     let mesh = vk::PhysicalDeviceMeshShaderFeaturesEXT::default()
         .mesh_shader(on(Feature::MeshShader))
         .task_shader(on(Feature::TaskShader))

@@ -10,7 +10,7 @@ use crate::{
     settings::Validation,
 };
 
-/// An instance that destroys itself, after everything made from it.
+/// An instance that destroys itself, after everything made from it, unless it is a host's.
 pub(super) struct Instance {
     pub raw: ash::Instance,
     /// Keeps the loader's library open.
@@ -18,6 +18,7 @@ pub(super) struct Instance {
     pub log: ValidationLog,
     /// Whether objects and regions can be named.
     pub has_debug_utils: bool,
+    owned: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
 }
 
@@ -78,7 +79,7 @@ impl Instance {
             ),
             e => Error::gpu("creating the Vulkan instance", e),
         })?;
-        let mut instance = Instance { raw, entry, log, has_debug_utils, messenger: None };
+        let mut instance = Instance { raw, entry, log, has_debug_utils, owned: true, messenger: None };
         if validation != Validation::Off {
             let utils = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             // SAFETY: the log that the messenger writes to lives in `instance`, which destroys the messenger first.
@@ -88,6 +89,12 @@ impl Instance {
         }
         Ok(instance)
     }
+
+    /// A host's instance. What the validation layer says is the host's to hear: the log stays empty.
+    pub fn from_host(entry: &ash::Entry, raw: &ash::Instance, has_debug_utils: bool) -> Self {
+        let log = ValidationLog::default();
+        Instance { raw: raw.clone(), entry: entry.clone(), log, has_debug_utils, owned: false, messenger: None }
+    }
 }
 
 impl Drop for Instance {
@@ -96,8 +103,10 @@ impl Drop for Instance {
             // SAFETY: created from this instance, destroyed once.
             unsafe { utils.destroy_debug_utils_messenger(messenger, None) };
         }
-        // SAFETY: owners of child objects hold this struct, so none is left.
-        unsafe { self.raw.destroy_instance(None) };
+        if self.owned {
+            // SAFETY: owners of child objects hold this struct, so none is left.
+            unsafe { self.raw.destroy_instance(None) };
+        }
     }
 }
 

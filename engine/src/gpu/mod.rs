@@ -35,9 +35,9 @@ pub use access::Access;
 pub use ash::vk;
 pub use cache::default_cache_dir;
 pub use descriptors::{Binding, DescriptorSet};
-pub use device::{Context, ContextDesc, MeshLimits, Raw};
+pub use device::{Context, ContextDesc, Host, MeshLimits, Raw};
 pub use encoder::{Attachment, CommandEncoder, DepthAttachment, Load, RenderingDesc};
-pub use feature::Feature;
+pub use feature::{Feature, feature_structs};
 pub use frame::{Frame, Frames, run_once};
 pub use memory::{
     Buffer, BufferDesc, Image, ImageDesc, MemoryLocation, Sampler, SamplerDesc, Uploader, format_bytes, full_mip_count,
@@ -46,7 +46,7 @@ pub use pipeline::{DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};
 pub use readback::{read_buffer, read_image, readback_buffer};
 pub use retire::Ticket;
-pub use select::{DeviceReport, list_devices};
+pub use select::{DeviceReport, list_devices, supported_features};
 pub use shader::{BindingInfo, BlockMember, CompileStats, Reflection, Shader, ShaderCompiler, ShaderStage};
 #[cfg(feature = "window")]
 pub use swapchain::{Swapchain, Target};

@@ -1,5 +1,7 @@
 //! Which physical device is used, and why another is not.
 
+use std::ffi::CStr;
+
 use ash::{khr, vk};
 
 use super::{
@@ -73,6 +75,26 @@ pub(super) fn candidates(
     Ok(devices.iter().enumerate().map(inspect).collect())
 }
 
+/// The device and queue family of a host.
+pub(super) fn host(instance: &Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<Candidate> {
+    let mut candidate = inspect(instance, &Masks::default(), &[], None, 0, physical);
+    let refuse = |reason: &str| {
+        let what = format!("the host's Vulkan device '{}': {reason}", candidate.report.name);
+        Err(Error::unsupported(what, "give the engine a device and a queue that meet its requirements"))
+    };
+    if let Some(reason) = &candidate.report.rejected {
+        return refuse(reason);
+    }
+    // SAFETY: `physical` comes from this instance.
+    let families = unsafe { instance.raw.get_physical_device_queue_family_properties(physical) };
+    let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let Some(family) = families.get(queue_family as usize).filter(|family| family.queue_flags.contains(both)) else {
+        return refuse(&format!("queue family {queue_family} lacks graphics or compute"));
+    };
+    (candidate.queue_family, candidate.timestamp_bits) = (queue_family, family.timestamp_valid_bits);
+    Ok(candidate)
+}
+
 fn inspect(
     instance: &Instance,
     masks: &Masks,
@@ -105,14 +127,14 @@ fn inspect(
         Some(format!("Vulkan {}, 1.3 is needed", candidate.report.api_version))
     } else {
         candidate.report.driver = driver(instance, physical);
-        let extensions = extensions(instance, physical);
-        let has = |name: &std::ffi::CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-        candidate.supported = feature::supported(&instance.raw, physical, has(ash::ext::mesh_shader::NAME));
+        let can_swap = has_extension(&instance.raw, physical, khr::swapchain::NAME);
+        // SAFETY: `physical` comes from this instance, and is of Vulkan 1.3.
+        candidate.supported = unsafe { supported_features(&instance.raw, physical) };
         candidate.supported.retain(|f| !masks.hides(*f));
         let missing: Vec<_> = required.iter().filter(|f| !candidate.supported.contains(f)).map(|f| f.name()).collect();
         match queue_family(instance, physical, can_present) {
             Err(reason) => Some(reason.to_owned()),
-            Ok(_) if can_present.is_some() && !has(khr::swapchain::NAME) => Some("no VK_KHR_swapchain".to_owned()),
+            Ok(_) if can_present.is_some() && !can_swap => Some("no VK_KHR_swapchain".to_owned()),
             Ok(_) if !missing.is_empty() => Some(format!("lacks {}", missing.join(", "))),
             Ok((family, bits)) => {
                 (candidate.queue_family, candidate.timestamp_bits) = (family, bits);
@@ -189,8 +211,7 @@ fn driver(instance: &Instance, physical: vk::PhysicalDevice) -> String {
     let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
     // SAFETY: the device is at least Vulkan 1.3, where this struct is core.
     unsafe { instance.raw.get_physical_device_properties2(physical, &mut all) };
-    let text =
-        |s: std::result::Result<&std::ffi::CStr, ()>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let text = |s: std::result::Result<&CStr, ()>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     format!(
         "{} {}",
         text(driver.driver_name_as_c_str().map_err(drop)),
@@ -198,9 +219,18 @@ fn driver(instance: &Instance, physical: vk::PhysicalDevice) -> String {
     )
 }
 
-fn extensions(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<vk::ExtensionProperties> {
+fn has_extension(instance: &ash::Instance, physical: vk::PhysicalDevice, name: &CStr) -> bool {
     // SAFETY: `physical` comes from this instance.
-    unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default()
+    let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+}
+
+/// The features that a device has, for a host that chooses one.
+///
+/// # Safety
+/// `physical` comes from `instance`, and both are of Vulkan 1.3.
+pub unsafe fn supported_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<Feature> {
+    feature::supported(instance, physical, has_extension(instance, physical, ash::ext::mesh_shader::NAME))
 }
 
 /// One family for everything: frames here never overlap compute with graphics, so a second queue would buy nothing.

@@ -232,7 +232,8 @@ impl Swapchain {
                 usage,
                 ..ImageDesc::default()
             };
-            self.images.push(Image::borrowed(&self.ctx, &desc, raw)?);
+            // SAFETY: an image of the chain, which is retired after its views.
+            self.images.push(unsafe { Image::from_host(&self.ctx, &desc, raw) }?);
             let semaphore = self.semaphore(&format!("rendered, image {index}"))?;
             self.rendered.push(semaphore);
         }

@@ -45,8 +45,8 @@ impl ValidationLog {
         }
     }
 
-    /// What a messenger needs to write here. `self`, or a clone of it, must outlive that messenger.
-    pub(super) fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    /// What a messenger needs to write here, a host's too. `self`, or a clone of it, must outlive that messenger.
+    pub fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
         let mut info = vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(Severity::WARNING | Severity::ERROR)

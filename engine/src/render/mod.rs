@@ -12,6 +12,7 @@ pub mod layout;
 mod meshlets;
 pub mod plan;
 mod pyramid;
+mod resolve;
 mod resources;
 mod shadow;
 #[cfg(test)]
@@ -29,6 +30,7 @@ use self::baseline::Drawable;
 use self::deform::{Deformer, Pose};
 use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
+use self::resolve::{Resolve, Samples};
 use self::resources::{Images, Primitive, Slot};
 use self::shadow::ShadowMaps;
 use self::variant::{Geometry, Pass, Variant};
@@ -69,7 +71,10 @@ pub struct Features {
 pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Features {
     let mut features = Features::default();
     if interactive {
-        features.optional.extend([Feature::MeshShader, Feature::GeometryShader]);
+        features.optional.extend([Feature::MeshShader, Feature::GeometryShader, Feature::SampleRateShading]);
+    }
+    if plan::may_shade_samples(scene, settings) {
+        features.required.push(Feature::SampleRateShading);
     }
     if settings.count_limits {
         features.required.push(Feature::FragmentStoresAndAtomics);
@@ -123,17 +128,57 @@ pub struct Renderer {
     sets: Vec<DescriptorSet>,
     /// The same of those whose depth comes first.
     depth_sets: Vec<Option<DescriptorSet>>,
+    /// Set 1 of each of [`Plan::aov_draws`].
+    aov_sets: Vec<DescriptorSet>,
     slots: Vec<Slot>,
     shadow_maps: Option<ShadowMaps>,
+    /// Where a pixel has several samples.
+    resolve: Option<Resolve>,
     targets: Option<Targets>,
 }
 
 /// Images of the picture's size.
 struct Targets {
     depth: Image,
+    /// Resolved to the caller's image, where a pixel has several samples.
+    samples: Option<Samples>,
     aov: Option<AovTargets>,
+    /// Depth of [`Plan::aov_draws`].
+    aov_depth: Option<Image>,
     /// Camera of the last recorded frame: AOV positions are relative to it.
     camera: glam::DVec3,
+}
+
+/// Draws into one set of targets.
+struct DrawPass {
+    name: &'static str,
+    /// Indices of the draws.
+    draws: Vec<usize>,
+    /// Of [`Plan::aov_draws`].
+    of_aov: bool,
+    /// Colours too, not depth alone.
+    shades: bool,
+    /// Whether it is the first to draw depth, and to shade.
+    clear: [bool; 2],
+}
+
+/// Depth first, where it comes first. Then surfaces: they are cheap, and their depth spares the shells' fragments behind
+/// them. The picture has a pass even without any draw, to be cleared.
+fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
+    let (shells, surfaces): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_shell(&draws[*i]));
+    let depths: Vec<_> = surfaces.iter().chain(&shells).copied().filter(|i| draws[*i].depth.is_some()).collect();
+    let [surface, shell] = if of_aov { ["surface aov", "shell aov"] } else { ["surface", "shell"] };
+    let mut passes = Vec::new();
+    let mut clear = [true; 2];
+    for (name, indices, shades) in [("depth", depths, false), (surface, surfaces, true), (shell, shells, true)] {
+        let needed = name == "surface" && draws.is_empty();
+        if indices.is_empty() && !needed {
+            continue;
+        }
+        passes.push(DrawPass { name, draws: indices, of_aov, shades, clear });
+        clear = [false, clear[1] && !shades];
+    }
+    passes
 }
 
 impl Renderer {
@@ -162,8 +207,10 @@ impl Renderer {
             pipelines: HashMap::new(),
             sets: Vec::new(),
             depth_sets: Vec::new(),
+            aov_sets: Vec::new(),
             slots: Vec::new(),
             shadow_maps: None,
+            resolve: None,
             targets: None,
         };
         renderer.set_settings(compiler, settings)?;
@@ -178,7 +225,13 @@ impl Renderer {
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
         let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
         let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
-        for draw in plan.draws.iter().chain(blockers) {
+        for draw in plan.draws.iter().chain(&plan.aov_draws).chain(blockers) {
+            if draw.variant.per_sample && !self.ctx.has(Feature::SampleRateShading) {
+                return Err(Error::unsupported(
+                    format!("'{}' cannot shade each sample, or was not asked to", self.ctx.device_name()),
+                    "use --msaa 1, or another --gpu",
+                ));
+            }
             for variant in draw.depth.iter().chain([&draw.variant]) {
                 if !self.pipelines.contains_key(variant) {
                     let pipeline = self.pipeline(compiler, variant)?;
@@ -195,6 +248,7 @@ impl Renderer {
         let sets = plan.draws.iter().map(set).collect::<Result<Vec<_>>>()?;
         let depth_set = |draw: &Draw| draw.depth.map(|depth| set_of(draw, &depth)).transpose();
         let depth_sets = plan.draws.iter().map(depth_set).collect::<Result<Vec<_>>>()?;
+        let aov_sets = plan.aov_draws.iter().map(set).collect::<Result<Vec<_>>>()?;
         let shadow_maps = plan
             .shadow_maps
             .as_ref()
@@ -204,6 +258,13 @@ impl Renderer {
             })
             .transpose()?;
         let deformers = deform::deformers(&self.ctx, compiler, &self.scene, &plan, &primitives)?;
+        let format = self.output.color_format;
+        let resolve = (settings.msaa > 1).then(|| Resolve::new(&self.ctx, compiler, format)).transpose()?;
+        // Their samples may be others, and their set is of the pipeline.
+        if resolve.is_some() || self.resolve.is_some() {
+            self.targets = None;
+        }
+        self.resolve = resolve;
         self.slots.clear();
         self.settings = settings.clone();
         self.plan = plan;
@@ -211,6 +272,7 @@ impl Renderer {
         self.deformers = deformers;
         self.sets = sets;
         self.depth_sets = depth_sets;
+        self.aov_sets = aov_sets;
         self.shadow_maps = shadow_maps;
         Ok(())
     }
@@ -293,78 +355,83 @@ impl Renderer {
         let frame = view.frame(lights.len(), &self.scene.ambient);
         self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
         let atlas: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
-        for variant in self.plan.draws.iter().flat_map(|draw| draw.depth.iter().chain([&draw.variant])) {
+        let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
+        for variant in drawn.flat_map(|draw| draw.depth.iter().chain([&draw.variant])) {
             self.slots[slot].prepare(&self.ctx, variant, &self.pipelines[variant], &atlas)?;
         }
 
-        let targets = self.targets.as_mut().expect("resize made them");
-        targets.camera = view.position;
-        cmd.image_barrier(&targets.depth, Access::DEPTH_WRITE.discarded(), Access::DEPTH_WRITE);
+        self.targets.as_mut().expect("resize made them").camera = view.position;
+        let targets = self.targets.as_ref().expect("resize made them");
+        for depth in std::iter::once(&targets.depth).chain(&targets.aov_depth) {
+            cmd.image_barrier(depth, Access::DEPTH_WRITE.discarded(), Access::DEPTH_WRITE);
+        }
+        if let Some(samples) = &targets.samples {
+            cmd.image_barrier(&samples.image, Access::FRAGMENT_READ.discarded(), Access::COLOR_WRITE);
+        }
         if let Some(aov) = &targets.aov {
             aov.begin(cmd);
         }
-        // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
-        let (shells, surfaces): (Vec<_>, Vec<_>) =
-            (0..self.plan.draws.len()).partition(|i| is_shell(&self.plan.draws[*i]));
-        // Depth is clear until something is drawn, colours are until something is shaded.
-        let depths: Vec<_> = surfaces.iter().chain(&shells).copied().collect();
-        let depths: Vec<_> = depths.into_iter().filter(|i| self.plan.draws[*i].depth.is_some()).collect();
-        let mut clear = [true; 2];
-        for (name, draws) in [("depth", depths), ("surface", surfaces), ("shell", shells)] {
-            // The first pass that shades clears, so a scene without any draw still has one.
-            if draws.is_empty() && (name != "surface" || !self.plan.draws.is_empty()) {
-                continue;
-            }
-            let shades = name != "depth";
-            if !clear[0] {
-                cmd.memory_barrier(Access::DEPTH_WRITE, Access::DEPTH_WRITE);
-            }
-            if !clear[1] {
-                cmd.memory_barrier(Access::COLOR_WRITE, Access::COLOR_WRITE);
-            }
-            if let Some(timers) = timers.as_deref_mut() {
-                timers.begin(cmd, slot, name);
-            }
-            for index in &draws {
-                let draw = &self.plan.draws[*index];
-                if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
-                    mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
+        let mut first = true;
+        for of_aov in [true, false] {
+            let (draws, sets) = match of_aov {
+                true => (&self.plan.aov_draws, &self.aov_sets),
+                false => (&self.plan.draws, &self.sets),
+            };
+            for pass in passes(draws, of_aov) {
+                if !first {
+                    cmd.memory_barrier(Access::COLOR_WRITE, Access::COLOR_WRITE);
+                    cmd.memory_barrier(Access::DEPTH_WRITE, Access::DEPTH_WRITE);
+                }
+                first = false;
+                if let Some(timers) = timers.as_deref_mut() {
+                    timers.begin(cmd, slot, pass.name);
+                }
+                for index in &pass.draws {
+                    let draw = &draws[*index];
+                    if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
+                        mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
+                    }
+                }
+                self.begin_pass(cmd, &pass, target);
+                for index in pass.draws {
+                    let draw = &draws[index];
+                    let (variant, set) = match (&draw.depth, self.depth_sets.get(index)) {
+                        (Some(depth), Some(Some(set))) if !pass.shades => (depth, set),
+                        _ => (&draw.variant, &sets[index]),
+                    };
+                    let sets = [self.slots[slot].set(variant), set];
+                    self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], cut[index]);
+                }
+                cmd.end_rendering();
+                if let Some(timers) = timers.as_deref_mut() {
+                    timers.end(cmd);
                 }
             }
-            self.begin_pass(cmd, name, shades.then_some(target), clear);
-            for index in draws {
-                let draw = &self.plan.draws[index];
-                let (variant, set) = match (&draw.depth, &self.depth_sets[index]) {
-                    (Some(depth), Some(set)) if !shades => (depth, set),
-                    _ => (&draw.variant, &self.sets[index]),
-                };
-                let sets = [self.slots[slot].set(variant), set];
-                self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], cut[index]);
-            }
-            cmd.end_rendering();
-            if let Some(timers) = timers.as_deref_mut() {
-                timers.end(cmd);
-            }
-            clear = [false, clear[1] && !shades];
+        }
+        if let (Some(resolve), Some(samples)) = (&self.resolve, &targets.samples) {
+            resolve.record(cmd, samples, target);
         }
         self.slots[slot].end(cmd);
         Ok(())
     }
 
-    /// Begins a pass over the depth and, where it shades, all other targets. clear: whether it is the first to draw depth,
-    /// and to shade.
-    fn begin_pass(&self, cmd: &mut CommandEncoder, name: &str, target: Option<&Image>, clear: [bool; 2]) {
+    /// Begins a pass over all its targets.
+    fn begin_pass(&self, cmd: &mut CommandEncoder, pass: &DrawPass, target: &Image) {
         let targets = self.targets.as_ref().expect("made before the first pass");
-        let [clear_depth, clear_color] = clear;
+        let [clear_depth, clear_color] = pass.clear;
         let load = if clear_color { Load::Clear(BACKGROUND) } else { Load::Keep };
+        let samples = targets.samples.as_ref().filter(|_| !pass.of_aov);
         let mut color = Vec::new();
-        if let Some(image) = target {
+        if pass.shades {
+            let image = samples.map_or(target, |samples| &samples.image);
             color.push(Attachment { image, load, store: true, resolve: None });
-            color.extend(targets.aov.iter().flat_map(|aov| aov.attachments(clear_color)));
+            let aov = targets.aov.as_ref().filter(|_| pass.of_aov || targets.samples.is_none());
+            color.extend(aov.iter().flat_map(|aov| aov.attachments(clear_color)));
         }
-        let extent = targets.depth.extent();
-        let depth = DepthAttachment { image: &targets.depth, clear: clear_depth.then_some(0.0), store: true };
-        cmd.begin_rendering(&RenderingDesc { name, color: &color, depth: Some(depth), extent });
+        let image = targets.aov_depth.as_ref().filter(|_| pass.of_aov).unwrap_or(&targets.depth);
+        let depth = DepthAttachment { image, clear: clear_depth.then_some(0.0), store: true };
+        let extent = target.extent();
+        cmd.begin_rendering(&RenderingDesc { name: pass.name, color: &color, depth: Some(depth), extent });
     }
 
     /// What `draws` need of a view: each one's transforms, and whether the near plane may lie within its shell or under it.
@@ -451,7 +518,7 @@ impl Renderer {
     pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
         let mut variants: Vec<Variant> = Vec::new();
         let blockers = self.plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
-        for draw in self.plan.draws.iter().chain(blockers) {
+        for draw in self.plan.draws.iter().chain(&self.plan.aov_draws).chain(blockers) {
             for variant in draw.depth.into_iter().chain([draw.variant]) {
                 if !variants.contains(&variant) {
                     variants.push(variant);
@@ -492,7 +559,7 @@ impl Renderer {
         let mut color_formats = Vec::new();
         if variant.pass == Pass::Shade {
             color_formats.push(self.output.color_format);
-            if self.output.aov {
+            if variant.aov {
                 color_formats.extend(AovTargets::FORMATS);
             }
         }
@@ -519,7 +586,7 @@ impl Renderer {
                 } else {
                     vk::PrimitiveTopology::TRIANGLE_LIST
                 },
-                samples: vk::SampleCountFlags::TYPE_1,
+                samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
                 polygon_mode: vk::PolygonMode::FILL,
                 blend: false,
                 depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
@@ -531,19 +598,20 @@ impl Renderer {
         if self.targets.as_ref().is_some_and(|t| t.depth.extent() == extent) {
             return Ok(());
         }
-        let depth = Image::new(
-            &self.ctx,
-            &ImageDesc {
-                name: "depth",
-                extent,
-                format: DEPTH_FORMAT,
-                mips: 1,
-                samples: vk::SampleCountFlags::TYPE_1,
-                usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-            },
-        )?;
+        let samples = vk::SampleCountFlags::from_raw(self.settings.msaa);
+        let image = |name, format, samples, usage| {
+            Image::new(&self.ctx, &ImageDesc { name, extent, format, mips: 1, samples, usage })
+        };
+        let one = vk::SampleCountFlags::TYPE_1;
+        let depth_usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
+        let depth = image("depth", DEPTH_FORMAT, samples, depth_usage)?;
+        let format = self.output.color_format;
+        let resolved = self.resolve.as_ref().map(|resolve| resolve.target(&self.ctx, extent, format, samples));
+        let samples = resolved.transpose()?;
         let aov = self.output.aov.then(|| AovTargets::new(&self.ctx, extent)).transpose()?;
-        self.targets = Some(Targets { depth, aov, camera: glam::DVec3::ZERO });
+        let aov_depth = || image("depth of AOVs", DEPTH_FORMAT, one, depth_usage);
+        let aov_depth = (samples.is_some() && self.output.aov).then(aov_depth).transpose()?;
+        self.targets = Some(Targets { depth, samples, aov, aov_depth, camera: glam::DVec3::ZERO });
         Ok(())
     }
 }

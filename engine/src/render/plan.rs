@@ -59,6 +59,8 @@ pub struct Plan {
     pub primitives: Vec<PlannedPrimitive>,
     /// Draws, in order.
     pub draws: Vec<Draw>,
+    /// The same draws with one sample a pixel, for the AOVs of a picture with several; else empty.
+    pub aov_draws: Vec<Draw>,
     /// Shadow maps, where something casts on something.
     pub shadow_maps: Option<ShadowPlan>,
     /// The stage of the shell's geometry; none where no shell is drawn.
@@ -107,8 +109,22 @@ pub fn allows(scene: &Scene, march: March) -> bool {
     !march.reads_cones() || procedural(scene).is_none()
 }
 
+/// Whether fragments may have to be shaded sample by sample: not where all surfaces are plain and opaque.
+pub fn may_shade_samples(scene: &Scene, settings: &Settings) -> bool {
+    let material = |p: &Primitive| &scene.materials[p.material];
+    let decides = |m: &Material| m.displacement.is_some() || m.depth_offset.is_some() || m.alpha_cutoff.is_some();
+    settings.msaa > 1
+        && scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives).any(|p| decides(material(p)))
+}
+
 /// Refuses settings that this scene cannot honour.
 pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
+    if !matches!(settings.msaa, 1 | 4) {
+        return Err(Error::Usage(format!("--msaa {}: a pixel has 1 or 4 samples", settings.msaa)));
+    }
+    if settings.msaa > 1 && settings.baseline.is_some() {
+        return Err(Error::Usage("--msaa: a baseline is drawn with one sample a pixel; use --msaa 1".into()));
+    }
     match procedural(scene).filter(|_| settings.march.reads_cones() && settings.baseline.is_none()) {
         None => Ok(()),
         Some((material, procedure)) => Err(Error::Usage(format!(
@@ -139,6 +155,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
     if settings.lod_fade.is_some() && aov {
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
+    plan_samples(settings, aov, &mut plan);
     plan_depths(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
@@ -237,6 +254,8 @@ fn plan_draws(
         shadowed_lights: 0,
         shadow_maps: false,
         aov,
+        samples: 1,
+        per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
     };
@@ -327,6 +346,25 @@ fn plan_depths(settings: &Settings, plan: &mut Plan) {
     for draw in plan.draws.iter_mut().filter(|draw| first(draw)) {
         draw.depth = Some(draw.variant.for_depth());
         draw.variant.depth_stands = true;
+    }
+}
+
+/// Several samples a pixel: AOVs have one, so they get draws of their own.
+fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
+    if settings.msaa == 1 {
+        return;
+    }
+    if aov {
+        plan.aov_draws = plan.draws.clone();
+    }
+    for Draw { variant, .. } in &mut plan.draws {
+        *variant = Variant {
+            aov: false,
+            aov_uv: 0,
+            samples: settings.msaa as u8,
+            per_sample: variant.decides_coverage(),
+            ..*variant
+        };
     }
 }
 

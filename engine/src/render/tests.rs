@@ -291,3 +291,27 @@ fn primitives_of_a_mesh_meet_to_the_bit() {
         assert_eq!(vertex(0, weld), vertex(1, weld));
     }
 }
+
+#[test]
+fn only_what_decides_its_coverage_is_shaded_sample_by_sample() {
+    let mut scene = half_plain();
+    // Apart, so that the plain half is no part of the shell.
+    for vertex in &mut scene.meshes[0].primitives[1].weld {
+        *vertex += 4;
+    }
+    scene.meshes[0].shell_normals = vec![DVec3::Y; 8];
+    let asks = |draw: &plan::Draw| draw.variant.defines().iter().any(|(name, _)| *name == "SAMPLE_SHADING");
+    let one = plan::plan(&scene, &Settings::default(), Stage::Mesh, true);
+    assert!(one.aov_draws.is_empty() && !one.draws.iter().any(asks));
+    let settings = Settings { msaa: 4, shadow_map: true, ..Settings::default() };
+    let four = plan::plan(&scene, &settings, Stage::Mesh, true);
+    assert_eq!(four.draws.iter().map(asks).collect::<Vec<_>>(), [true, true, false]);
+    assert!(four.draws.iter().all(|draw| draw.variant.samples == 4 && !draw.variant.aov));
+    assert!(four.aov_draws.iter().all(|draw| draw.variant.samples == 1 && draw.variant.aov));
+    assert_eq!(four.aov_draws.len(), four.draws.len());
+    for maps in four.shadow_maps.iter() {
+        assert!(maps.draws.iter().all(|draw| draw.variant.samples == 1), "a map has one sample a texel");
+    }
+    assert_eq!(features(&scene, &settings, false).required, [crate::gpu::Feature::SampleRateShading]);
+    assert!(features(&scene, &Settings::default(), false).required.is_empty());
+}

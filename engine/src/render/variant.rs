@@ -132,6 +132,10 @@ pub struct Variant {
     pub aov: bool,
     /// UV set of the AOV.
     pub aov_uv: u8,
+    /// Samples of a pixel.
+    pub samples: u8,
+    /// Its fragments are traced and shaded sample by sample.
+    pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
 }
@@ -176,6 +180,8 @@ impl Variant {
         let depth = self.for_depth();
         Variant {
             pass: Pass::Light,
+            samples: 1,
+            per_sample: false,
             depth_shift: None,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
@@ -215,6 +221,15 @@ impl Variant {
         Sides { double: self.double_sided, mirrored: self.mirrored }
     }
 
+    /// Whether the fragment itself says what it covers, or how deep: the raster's coverage of the samples says neither.
+    pub fn decides_coverage(&self) -> bool {
+        let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
+        self.geometry.stage().is_some()
+            || self.alpha_mask
+            || self.depth_shift.is_some()
+            || self.height.is_some_and(by_height)
+    }
+
     /// Whether it reads blue noise.
     pub fn dithers(&self) -> bool {
         self.depth_shift == Some(true) || self.height.is_some_and(|height| height.dither)
@@ -236,6 +251,7 @@ impl Variant {
             }
         };
         match self.pass {
+            Pass::Shade if self.samples > 1 => format!("{name}, {} samples", self.samples),
             Pass::Shade => name,
             Pass::Depth => format!("depth: {name}"),
             Pass::Light => format!("shadow map: {name}"),
@@ -263,6 +279,7 @@ impl Variant {
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);
+        flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
         if let Some(height) = self.height {

@@ -8,7 +8,7 @@ use winit::{
 
 /// Printed when a window opens; `prism run --help` has the same in a sentence.
 pub const KEYS: &str = "\
-keys: S stage, H shell on/off, M march, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
+keys: S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
       D dithered start, L self-shadow, W shadow maps, A ambient occlusion; shell off: C clipped outline, G normals
 mouse: left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
@@ -41,6 +41,8 @@ pub enum Wish {
     Silhouette,
     /// The next shading normals of the base surface.
     Normals,
+    /// One sample a pixel, or four.
+    Samples,
     /// The sample's time stopped, or going on.
     Pause,
     /// The next scene.
@@ -137,6 +139,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "a" => Some(Wish::AmbientOcclusion),
             "c" => Some(Wish::Silhouette),
             "g" => Some(Wish::Normals),
+            "x" => Some(Wish::Samples),
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
             "n" => Some(Wish::Next),
@@ -189,7 +192,7 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
+        for letter in ["S", "H", "M", "X", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
             let printed = |keys: &str| keys.contains(&format!(" {letter} "));
             assert!(printed(KEYS) || printed(WALK_KEYS), "{letter}");
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");

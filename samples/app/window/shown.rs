@@ -221,6 +221,7 @@ impl<'a> Shown<'a> {
             }
             Wish::Silhouette => self.switch(switch::with_next_silhouette(&settings)),
             Wish::Normals => self.switch(switch::with_next_normals(&settings)),
+            Wish::Samples => self.switch(switch::with_other_samples(&settings)),
             Wish::Pause => {
                 self.clock.toggle_pause();
                 self.set_title();

@@ -87,6 +87,11 @@ fn fitting(mut settings: Settings) -> Settings {
     settings
 }
 
+/// The same settings with four samples a pixel in place of one, or the other way round.
+pub fn with_other_samples(settings: &Settings) -> Settings {
+    Settings { msaa: if settings.msaa == 1 { 4 } else { 1 }, ..settings.clone() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

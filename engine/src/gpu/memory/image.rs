@@ -41,7 +41,7 @@ impl Default for ImageDesc<'_> {
     }
 }
 
-/// A 2D image with its view, and with its memory unless a swapchain owns that.
+/// A 2D image with its view, and with its memory unless a swapchain or a host owns that.
 pub struct Image {
     ctx: Context,
     raw: vk::Image,
@@ -109,9 +109,12 @@ impl Image {
         Ok(image)
     }
 
-    /// Wraps an image that a swapchain owns.
-    #[cfg(feature = "window")]
-    pub(in crate::gpu) fn borrowed(ctx: &Context, desc: &ImageDesc<'_>, raw: vk::Image) -> Result<Self> {
+    /// Wraps an image that a swapchain or a host owns; only the view is made, and destroyed, here.
+    ///
+    /// # Safety
+    /// `raw` is an image of the context's device, of one layer, bound to memory, as `desc` says, and is not destroyed
+    /// before the view is: before this `Image` and all [`crate::gpu::Ticket`]s that were taken in its time are gone.
+    pub unsafe fn from_host(ctx: &Context, desc: &ImageDesc<'_>, raw: vk::Image) -> Result<Self> {
         let mut image = Self::without_view(ctx, desc, raw, None);
         image.make_view().map_err(|e| Error::gpu(format!("creating a view of '{}'", desc.name), e))?;
         Ok(image)
