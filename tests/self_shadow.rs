@@ -9,7 +9,7 @@ mod rig;
 use glam::DVec3;
 use prism_engine::{
     aov::Aov,
-    scene::{Camera, Light, LightKind, Scene},
+    scene::{Camera, HeightMap, HeightSource, HeightTexels, Light, LightKind, Scene},
     settings::{SelfShadow, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
@@ -183,4 +183,33 @@ fn the_torus_sees_every_kind_of_light_as_the_reference_does() {
         }
     }
     table.ends_with(SHELLS.len() * lights.len());
+}
+
+/// A ball without detail, displaced by a constant height: what faces the light sees it, to the terminator.
+#[test]
+fn a_smooth_ball_casts_nothing_on_itself() {
+    let rig = Rig::new();
+    let mut scene = rig::asset("shadows.gltf");
+    let flat = HeightTexels::U8(vec![200; 16]);
+    scene.height_maps.push(HeightMap { name: "flat".into(), width: 4, height: 4, texels: flat });
+    let map = HeightSource::Map(scene.height_maps.len() - 1);
+    let displacement = scene.materials.iter().find_map(|material| material.displacement);
+    let ball = scene.instances.iter().find(|instance| instance.name == "ball in the ring").expect("a ball").clone();
+    for primitive in &mut scene.meshes[ball.mesh].primitives {
+        let material = &mut scene.materials[primitive.material];
+        material.displacement = displacement;
+        let displacement = material.displacement.as_mut().expect("the floor has some");
+        (displacement.source, displacement.scale, displacement.relative) = (map, 0.05, false);
+        primitive.displacement_scale = 0.05;
+    }
+    let at = ball.transform.translation;
+    let camera = Camera::look_at(at + DVec3::new(0.3, 0.25, 0.4), at, 50.0).expect("a view");
+    scene.instances = vec![ball];
+    let light = sun([35.0, 10.0]);
+    let mut easel = rig.easel(&lit_by(&scene, light), &settings(Shell::Prism, Stage::Mesh), GLANCE);
+    let aov = easel.draw(&camera);
+    let facing = |i: usize| DVec3::from_array(aov.normal[i].map(f64::from)).dot(-light.direction);
+    let covered: Vec<_> = (0..aov.depth.len()).filter(|&i| aov.depth[i].is_finite()).collect();
+    let wrong = covered.iter().filter(|&&i| (aov.shadow[i] > 0.5) != (facing(i) > 0.0) && facing(i).abs() > 1e-4);
+    assert_eq!((covered.len() > 500, wrong.count(), easel.limits_reached()), (true, 0, 0));
 }
