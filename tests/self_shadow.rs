@@ -1,15 +1,15 @@
-//! Self-shadow in a shell against the f64 reference's light visibility: every scene of the table of figures, lights from
-//! overhead to 1° above the horizon.
+//! Self-shadow in a shell against the f64 reference's light visibility. `tests/run figures` sweeps every scene of the
+//! table of figures, with lights from overhead to 1° above the horizon.
 //!
 //! The reference's occluders are those of the ray under test: the shaded primitive's own displaced surface. What other
-//! primitives and objects cast is the shadow map's. `PRISM_SCENE=NAME` leaves the other scenes out.
+//! primitives and objects cast is the shadow map's. `PRISM_SCENE=NAME` leaves the other scenes out of the sweep.
 
 mod rig;
 
 use glam::DVec3;
 use prism_engine::{
     aov::Aov,
-    scene::{Camera, Light, LightKind, Scene},
+    scene::{Camera, HeightMap, HeightSource, HeightTexels, Light, LightKind, Scene},
     settings::{SelfShadow, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
@@ -28,15 +28,18 @@ const SCENES: [&str; 10] = [
     "stability_inside",
 ];
 
-const SIZE: [u32; 2] = [128, 72];
+/// Pixels of the sweep, and of what every run checks.
+const SWEEP: [u32; 2] = [128, 72];
+const GLANCE: [u32; 2] = [96, 54];
 
 /// Elevation above the horizon and azimuth, degrees.
 const SUNS: [[f64; 2]; 4] = [[90.0, 0.0], [45.0, 70.0], [10.0, 200.0], [1.0, 310.0]];
 
-/// Cells that miss for now: scene, elevation, why. They are measured and shown like the others, as missed.
-const EXPECTED_MISSES: &[(&str, f64, &str)] = &[
-    ("cube", 90.0, "the light lies within the levels of four faces: the start is cleared by too much"),
-    ("stability_slivers", 1.0, "weights of thin triangles round to more than a low light clears"),
+/// Cells that miss for now: scene, elevation, most pixels that may be wrong of those covered, why. They are measured and
+/// shown like the others, as missed.
+const EXPECTED_MISSES: &[(&str, f64, f64, &str)] = &[
+    ("cube", 90.0, 4e-3, "the light lies within the levels of four faces: the start is cleared by too much"),
+    ("stability_slivers", 1.0, 4e-3, "weights of thin triangles round to more than a low light clears"),
 ];
 
 /// Pixels that may be wrong, of those covered.
@@ -72,53 +75,141 @@ fn compare(test: &Aov, truth: &Aov) -> [usize; 3] {
     })
 }
 
-fn truth(scene: &Scene, light: Light, camera: &Camera) -> Aov {
-    Reference::new(&lit_by(scene, light)).render(camera, SIZE[0], SIZE[1], Shadows::TraceOwn)
+fn truth(scene: &Scene, light: Light, camera: &Camera, size: [u32; 2]) -> Aov {
+    Reference::new(&lit_by(scene, light)).render(camera, size[0], size[1], Shadows::TraceOwn)
 }
 
-/// Draws a cell, prints it and says whether it misses.
-fn cell(name: &str, easel: &mut Easel, light: Light, truth: &Aov, camera: &Camera) -> Option<String> {
-    easel.set_light(light);
-    let test = easel.draw(camera);
-    let ([covered, wrong, dark], limits) = (compare(&test, truth), easel.limits_reached());
-    let share = wrong as f64 / covered.max(1) as f64;
-    let missed = share > WRONG || limits > 0;
-    let verdict = if missed { "**MISSED**" } else { "met" };
-    let line = format!("| {name} | {covered} | {dark} | {wrong} | {share:.1e} | {limits} | {verdict} |");
-    println!("{line}");
-    missed.then_some(line)
+/// Cells drawn so far.
+#[derive(Default)]
+struct Table {
+    cells: usize,
+    missed: Vec<String>,
+}
+
+impl Table {
+    fn new() -> Table {
+        println!("| scene, shell, stage, light | covered | in shadow | wrong | share | limits | |");
+        println!("|---|---|---|---|---|---|---|");
+        Table::default()
+    }
+
+    /// Draws a cell, prints it and keeps it in mind if it misses. known: the share up to which that was to be expected,
+    /// and why.
+    fn cell(&mut self, name: &str, easel: &mut Easel, light: Light, truth: &Aov, camera: &Camera, known: Known) {
+        easel.set_light(light);
+        let test = easel.draw(camera);
+        let ([covered, wrong, dark], limits) = (compare(&test, truth), easel.limits_reached());
+        let share = wrong as f64 / covered.max(1) as f64;
+        let missed = covered == 0 || share > WRONG || limits > 0;
+        let verdict = if missed { "**MISSED**" } else { "met" };
+        let line = format!("| {name} | {covered} | {dark} | {wrong} | {share:.1e} | {limits} | {verdict} |");
+        println!("{line}");
+        self.cells += 1;
+        match known {
+            Some((most, why)) if missed && share <= most && limits == 0 => println!("as expected: {why}"),
+            _ if missed => self.missed.push(line),
+            _ => {}
+        }
+    }
+
+    fn ends_with(self, cells: usize) {
+        assert_eq!(self.cells, cells);
+        assert!(self.missed.is_empty(), "{}", self.missed.join("\n"));
+    }
+}
+
+/// The share of wrong pixels up to which a miss is no news, and why.
+type Known = Option<(f64, &'static str)>;
+
+fn known(scene: &str, elevation: f64) -> Known {
+    let miss = EXPECTED_MISSES.iter().find(|miss| (miss.0, miss.1) == (scene, elevation));
+    miss.map(|&(_, _, most, why)| (most, why))
 }
 
 #[test]
+#[ignore = "takes minutes: tests/run figures"]
 fn every_scene_sees_its_light_as_the_reference_does() {
     let rig = Rig::new();
     let chosen = |name: &&str| std::env::var("PRISM_SCENE").map_or(true, |only| only == *name);
-    println!(
-        "| scene, shell, stage, light | covered | in shadow | wrong | share | limits | |\n|---|---|---|---|---|---|---|"
-    );
-    let (mut cells, mut missed) = (0, Vec::new());
+    let mut table = Table::new();
     for (i, name) in SCENES.into_iter().enumerate().filter(|(_, name)| chosen(name)) {
         let scene = rig::asset(&format!("{name}.gltf"));
         let camera = scene.camera.expect("the assets have cameras");
-        let truths = SUNS.map(|at| truth(&scene, sun(at), &camera));
+        let truths = SUNS.map(|at| truth(&scene, sun(at), &camera, SWEEP));
         for (j, shell) in SHELLS.into_iter().enumerate() {
             // Both stages, in turns.
             let stage = rig::STAGES[(i + j) % 2];
-            let mut easel = rig.easel(&lit_by(&scene, sun(SUNS[0])), &settings(shell, stage), SIZE);
+            let mut easel = rig.easel(&lit_by(&scene, sun(SUNS[0])), &settings(shell, stage), SWEEP);
             easel.assert_stage(stage);
             // The rays of both shells are the same code; what differs is where they start.
             let suns = SUNS.into_iter().zip(&truths).filter(|(at, _)| shell == Shell::Walk || at[0] == 45.0);
             for (at, truth) in suns {
                 let label = format!("{name} {shell} {stage} {}°", at[0]);
-                let miss = cell(&label, &mut easel, sun(at), truth, &camera);
-                match EXPECTED_MISSES.iter().find(|(scene, elevation, _)| (*scene, *elevation) == (name, at[0])) {
-                    Some((_, _, why)) if miss.is_some() => println!("as expected: {why}"),
-                    _ => missed.extend(miss),
-                }
-                cells += 1;
+                table.cell(&label, &mut easel, sun(at), truth, &camera, known(name, at[0]));
             }
         }
     }
-    assert_eq!(cells, SCENES.iter().filter(|name| chosen(name)).count() * (SUNS.len() + 1));
-    assert!(missed.is_empty(), "{}", missed.join("\n"));
+    table.ends_with(SCENES.iter().filter(|name| chosen(name)).count() * (SUNS.len() + 1));
+}
+
+/// A light beside the torus, and one that looks at it through a cone. Their rays end at the light.
+fn near_lights() -> [(&'static str, Light); 2] {
+    let position = DVec3::new(0.6, 0.9, 0.3);
+    let lamp = Light {
+        intensity: DVec3::splat(3.0),
+        position,
+        direction: -position.normalize(),
+        range: None,
+        kind: LightKind::Point,
+    };
+    [("point", lamp), ("spot", Light { kind: LightKind::Spot { inner: 0.3, outer: 1.2 }, ..lamp })]
+}
+
+/// The torus in the walk and in its own prisms: suns, a point light and a spot light.
+#[test]
+fn the_torus_sees_every_kind_of_light_as_the_reference_does() {
+    let rig = Rig::new();
+    let scene = rig::asset("torus.gltf");
+    let camera = scene.camera.expect("the assets have cameras");
+    let mut lights = SUNS.map(|at| (format!("{}°", at[0]), sun(at))).to_vec();
+    lights.extend(near_lights().map(|(name, light)| (name.to_owned(), light)));
+    let truths: Vec<_> = lights.iter().map(|&(_, light)| truth(&scene, light, &camera, GLANCE)).collect();
+    let mut table = Table::new();
+    for (shell, stage) in SHELLS.into_iter().zip(rig::STAGES) {
+        let mut easel = rig.easel(&lit_by(&scene, lights[0].1), &settings(shell, stage), GLANCE);
+        easel.assert_stage(stage);
+        for ((name, light), truth) in lights.iter().zip(&truths) {
+            table.cell(&format!("torus {shell} {stage} {name}"), &mut easel, *light, truth, &camera, None);
+        }
+    }
+    table.ends_with(SHELLS.len() * lights.len());
+}
+
+/// A ball without detail, displaced by a constant height: what faces the light sees it, to the terminator.
+#[test]
+fn a_smooth_ball_casts_nothing_on_itself() {
+    let rig = Rig::new();
+    let mut scene = rig::asset("shadows.gltf");
+    let flat = HeightTexels::U8(vec![200; 16]);
+    scene.height_maps.push(HeightMap { name: "flat".into(), width: 4, height: 4, texels: flat });
+    let map = HeightSource::Map(scene.height_maps.len() - 1);
+    let displacement = scene.materials.iter().find_map(|material| material.displacement);
+    let ball = scene.instances.iter().find(|instance| instance.name == "ball in the ring").expect("a ball").clone();
+    for primitive in &mut scene.meshes[ball.mesh].primitives {
+        let material = &mut scene.materials[primitive.material];
+        material.displacement = displacement;
+        let displacement = material.displacement.as_mut().expect("the floor has some");
+        (displacement.source, displacement.scale, displacement.relative) = (map, 0.05, false);
+        primitive.displacement_scale = 0.05;
+    }
+    let at = ball.transform.translation;
+    let camera = Camera::look_at(at + DVec3::new(0.3, 0.25, 0.4), at, 50.0).expect("a view");
+    scene.instances = vec![ball];
+    let light = sun([35.0, 10.0]);
+    let mut easel = rig.easel(&lit_by(&scene, light), &settings(Shell::Prism, Stage::Mesh), GLANCE);
+    let aov = easel.draw(&camera);
+    let facing = |i: usize| DVec3::from_array(aov.normal[i].map(f64::from)).dot(-light.direction);
+    let covered: Vec<_> = (0..aov.depth.len()).filter(|&i| aov.depth[i].is_finite()).collect();
+    let wrong = covered.iter().filter(|&&i| (aov.shadow[i] > 0.5) != (facing(i) > 0.0) && facing(i).abs() > 1e-4);
+    assert_eq!((covered.len() > 500, wrong.count(), easel.limits_reached()), (true, 0, 0));
 }
