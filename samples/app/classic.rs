@@ -20,7 +20,7 @@ pub struct ClassicArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub dither: Option<bool>,
 
-    /// Farthest that a ray runs along the base surface for each unit of depth, above 0, for --shell off [default: 1000]
+    /// Farthest that a ray runs along a base surface for each unit of depth, above 0 [default: 1000]
     #[arg(long, value_name = "N", value_parser = |s: &str| ranged(s, 1e-3, 1e6))]
     pub slope_limit: Option<f32>,
 
