@@ -2,10 +2,12 @@
 
 mod rig;
 
+use glam::DVec3;
 use prism_engine::{
     aov::Aov,
     measure,
     scene::{Camera, HeightTexels, Primitive, Scene},
+    settings::{Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
 use rig::{Rig, SHELLS, STAGES, random::Random};
@@ -144,4 +146,27 @@ fn on_the_torus_in_pieces() {
         scene.meshes[0].primitives.push(primitive);
     }
     without_cracks("torus in pieces", &scene, 5);
+}
+
+/// The camera stands in the plane of an edge that ends in the open border, and of a column of pixel centres: these rays
+/// come in through one corner, of a prism that has no wall at the border.
+#[test]
+fn in_the_plane_of_an_edge() {
+    const ODD: [u32; 2] = [95, 53];
+    let rig = Rig::new();
+    let scene = rig::asset("planet.gltf");
+    let camera = Camera::look_at(DVec3::new(-2.0, 1.5, 2.4), DVec3::new(-2.0, -0.05, 0.05), 34.0).expect("two points");
+    let truth = Reference::new(&scene).render(&camera, ODD[0], ODD[1], Shadows::Skip);
+    for (shell, stage) in [(Shell::Walk, Stage::Mesh), (Shell::Walk, Stage::Geometry), (Shell::Prism, Stage::Mesh)] {
+        let mut easel = rig.easel(&scene, &rig::exact(shell, stage), ODD);
+        easel.assert_stage(stage);
+        let test = easel.draw(&camera);
+        let middle = (0..ODD[1]).map(|y| (y * ODD[0] + ODD[0] / 2) as usize);
+        let (mut seen, mut missed) = (0, Vec::new());
+        for i in middle.filter(|i| truth.depth[*i].is_finite()) {
+            seen += 1;
+            missed.extend((!test.depth[i].is_finite()).then_some(i));
+        }
+        assert!(seen > 20 && missed.is_empty(), "{shell} {stage}: {missed:?} of {seen} in the middle column");
+    }
 }

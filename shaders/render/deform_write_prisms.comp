@@ -28,6 +28,7 @@ void main() {
             bits = with_wall_kind(bits, k, plain ? WALL_OPEN : WALL_PLAIN);
         }
 #ifdef WALKED
+        border = border || at_brink(bits, k);
         uint neighbour = plain || plain_across ? NO_NEIGHBOUR : rest_adjacency.item[3u * index + uint(k)];
         adjacency.item[3u * index + uint(k)] = neighbour;
         border = border || neighbour == NO_NEIGHBOUR;

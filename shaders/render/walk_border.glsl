@@ -18,13 +18,15 @@ float crossing_depth(ProjectedPrism projected, vec3 s[3], float t, int wall, vec
 const float GRID_REACH = 2.0;
 const float ROUNDING_REACH = 0.25;
 
-// Whether the ray is within so many pixels of a border at level t.
-bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, float t, float view_depth, float pixels) {
+// Whether the ray is within so many pixels of a border at level t: of a wall without neighbour, or of a corner between
+// two such walls of other prisms.
+bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, uint bits, float t, float view_depth, float pixels) {
     float reach = 2.0 * pixels * max(frame.viewport.z, frame.viewport.w) * (frame.counts.y != 0u ? view_depth : 1.0);
     bool beside = false;
     for (int k = 0; k < 3; ++k) {
         ivec2 c = wall_corners(projected, k);
         vec2 edge = projected.p[c.y] + t * projected.q[c.y] - projected.p[c.x] - t * projected.q[c.x];
+        beside = beside || (at_brink(bits, k) && length(projected.p[k] + t * projected.q[k]) <= reach);
         beside = beside || (walk_neighbour(id, k) == NO_NEIGHBOUR && abs(quadratic(s[k], t)) <= reach * length(edge));
     }
     return beside;
@@ -74,7 +76,7 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         int wall = cut ? AT_LEVEL : crossings.wall[from];
         bool enters = wall == AT_LEVEL ? cut || irregular : walk_neighbour(id, wall) == NO_NEIGHBOUR;
         float pixels = wall == AT_LEVEL ? GRID_REACH : ROUNDING_REACH;
-        if (!enters && !beside_border(projected, s, id, crossings.t[from], entry_depth, pixels)) {
+        if (!enters && !beside_border(projected, s, id, corners.w, crossings.t[from], entry_depth, pixels)) {
             continue;
         }
         WalkStart start;

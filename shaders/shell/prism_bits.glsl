@@ -18,12 +18,19 @@ const int PLAIN = 12;     // not displaced: the triangle itself, traced so that 
 const int IRREGULAR = 13; // a ray may slip past its lid
 const int BORDER = 26;    // a ray may enter it otherwise than through its lid and base
 
+// Corner k lies at a border: a ray may enter by it alone.
+const int BRINK = 27; // to 29
+
 bool has_flag(uint bits, int flag) {
     return bitfieldExtract(bits, flag, 1) != 0u;
 }
 
 uint with_flag(uint bits, int flag, bool on) {
     return bitfieldInsert(bits, on ? 1u : 0u, flag, 1);
+}
+
+bool at_brink(uint bits, int corner) {
+    return has_flag(bits, BRINK + corner);
 }
 
 // WALL_*

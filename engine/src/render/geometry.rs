@@ -195,6 +195,9 @@ fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
     if let Some(walk) = &planned.walk {
         packed |= u32::from(walk.irregular[index]) << 13;
         packed |= u32::from(walk.is_border(index)) << 26;
+        for k in 0..3 {
+            packed |= u32::from(walk.brinks[index][k]) << (27 + k);
+        }
         reach = walk.reach[index];
     }
     let [a, b, c] = prism.corners;

@@ -28,11 +28,14 @@ pub struct WalkGeometry {
     pub lids: Vec<[f64; 2]>,
     /// Least base and greatest lid of each prism's corners.
     pub reach: Vec<[f64; 2]>,
+    /// Which corners of each prism lie at a border: a ray along the wall between two prisms comes in through that corner
+    /// alone, though neither wall of its prism there is a border.
+    pub brinks: Vec<[bool; 3]>,
     /// Prisms whose lids a ray may slip past: one of their normals is zero or leans too far.
     pub irregular: Vec<bool>,
     /// Prisms that are not displaced.
     plain: Vec<bool>,
-    /// All prisms, those first that are irregular, plain or have a wall without neighbour.
+    /// All prisms, those first that are irregular, plain or at a border by a wall or a corner.
     pub borders: Vec<u32>,
     /// How many of `borders` come first for that reason.
     pub border_count: u32,
@@ -43,6 +46,7 @@ impl WalkGeometry {
     pub fn new(mesh: &Mesh, index: usize, shell: &[Vec3], geometry: &ShellGeometry) -> Self {
         let primitive = &mesh.primitives[index];
         let neighbours = neighbours(index, geometry);
+        let brinks = brinks(primitive, geometry, &neighbours);
         let lids = lids(primitive, geometry);
         let reach = |triangle: &[u32; 3]| {
             let levels = triangle.map(|v| lids[v as usize]);
@@ -55,7 +59,8 @@ impl WalkGeometry {
         let leans = |v: &u32| leaning.contains(&primitive.weld[*v as usize]);
         let irregular = primitive.triangles.iter().map(|triangle| triangle.iter().any(leans)).collect();
         let plain = geometry.prisms.iter().map(|prism| prism.plain).collect();
-        let mut walk = WalkGeometry { neighbours, lids, reach, irregular, plain, borders: Vec::new(), border_count: 0 };
+        let mut walk =
+            WalkGeometry { neighbours, lids, reach, brinks, irregular, plain, borders: Vec::new(), border_count: 0 };
         let (mut borders, others): (Vec<u32>, Vec<u32>) =
             (0..geometry.prisms.len() as u32).partition(|prism| walk.is_border(*prism as usize));
         walk.border_count = borders.len() as u32;
@@ -66,7 +71,8 @@ impl WalkGeometry {
 
     /// Whether a ray may enter a prism otherwise than through its lid and base.
     pub fn is_border(&self, prism: usize) -> bool {
-        self.plain[prism] || self.irregular[prism] || self.neighbours[prism].contains(&NO_NEIGHBOUR)
+        // The ends of a wall without neighbour are at the border.
+        self.plain[prism] || self.irregular[prism] || self.brinks[prism].contains(&true)
     }
 
     /// Whether a ray that starts outside can get under the surface without having crossed it: only then are bases seen.
@@ -86,6 +92,18 @@ fn neighbours(index: usize, geometry: &ShellGeometry) -> Vec<[u32; 3]> {
         })
     };
     geometry.prisms.iter().map(of).collect()
+}
+
+/// Which corners of each prism are ends of walls without neighbour, of whatever prism.
+fn brinks(primitive: &Primitive, geometry: &ShellGeometry, neighbours: &[[u32; 3]]) -> Vec<[bool; 3]> {
+    let weld = |v: &u32| primitive.weld[*v as usize];
+    let mut ends = HashSet::new();
+    for (prism, walls) in geometry.prisms.iter().zip(neighbours) {
+        for k in (0..3).filter(|k| walls[*k] == NO_NEIGHBOUR) {
+            ends.extend([prism.corners[(k + 1) % 3], prism.corners[(k + 2) % 3]].iter().map(weld));
+        }
+    }
+    geometry.prisms.iter().map(|prism| prism.corners.map(|v| ends.contains(&weld(&v)))).collect()
 }
 
 /// Base and lid of each vertex; those at one position share them.
