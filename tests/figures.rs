@@ -20,22 +20,8 @@ use prism_engine::{
 };
 use rig::{
     Rig, SHELLS, STAGES,
-    exactness::{self, ABOVE_1, COVERAGE, DEPTH_P99},
+    exactness::{self, ABOVE_1, COVERAGE, DEPTH_P99, SCENES},
 };
-
-/// The scenes, by their files below `assets/`.
-const SCENES: [&str; 10] = [
-    "torus",
-    "suzanne",
-    "cube",
-    "cloth",
-    "stability_cliffs",
-    "stability_needles",
-    "stability_slivers",
-    "stability_seams",
-    "stability_far",
-    "stability_inside",
-];
 
 /// Cells that miss a figure for now: scene, figure, why. They are measured and shown like the others, as missed.
 const EXPECTED_MISSES: &[(&str, &str, &str)] = &[];

@@ -13,20 +13,7 @@ use prism_engine::{
     settings::{SelfShadow, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Easel, Rig, SHELLS};
-
-const SCENES: [&str; 10] = [
-    "torus",
-    "suzanne",
-    "cube",
-    "cloth",
-    "stability_cliffs",
-    "stability_needles",
-    "stability_slivers",
-    "stability_seams",
-    "stability_far",
-    "stability_inside",
-];
+use rig::{Easel, Rig, SHELLS, exactness::SCENES};
 
 /// Pixels of the sweep, and of what every run checks.
 const SWEEP: [u32; 2] = [128, 72];

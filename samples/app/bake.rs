@@ -39,12 +39,12 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let map = HeightMap::read(&args.input)?;
     let desc = ContextDesc {
         app: "prism bake",
-        validation: args.validation,
-        selector: args.gpu.as_deref(),
+        validation: args.device.validation,
+        selector: args.device.gpu.as_deref(),
         ..ContextDesc::default()
     };
     let ctx = Context::new(&desc)?;
-    let compiler = render::shader_compiler(args.shader_dir.as_deref())?;
+    let compiler = render::shader_compiler(args.device.shader_dir.as_deref())?;
     let wrap = [args.wrap; 2];
     let begin = Instant::now();
     let cone = |kind| {

@@ -117,6 +117,22 @@ pub struct RenderArgs {
     pub common: CommonArgs,
 }
 
+/// The device and the shaders of a command that is no sample.
+#[derive(Clone, Debug, Args)]
+pub struct DeviceArgs {
+    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+
+    /// The validation layer's checks; a warning or an error fails the run
+    #[arg(long, default_value = "off", value_parser = words(Validation::ALL, Validation::name))]
+    pub validation: Validation,
+
+    /// Reads the shaders from this folder [default: those in the program]
+    #[arg(long, value_name = "DIR")]
+    pub shader_dir: Option<PathBuf>,
+}
+
 /// What can be baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BakeKind {
@@ -160,17 +176,9 @@ pub struct BakeArgs {
     #[arg(long, default_value = "repeat", value_parser = words(WRAPS, wrap_name))]
     pub wrap: Wrap,
 
-    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub gpu: Option<String>,
-
-    /// The validation layer's checks; a warning or an error fails the run
-    #[arg(long, default_value = "off", value_parser = words(Validation::ALL, Validation::name))]
-    pub validation: Validation,
-
-    /// Reads the shaders from this folder [default: those in the program]
-    #[arg(long, value_name = "DIR")]
-    pub shader_dir: Option<PathBuf>,
+    /// Where it is computed.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 const WRAPS: &[Wrap] = &[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
@@ -206,17 +214,9 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
 
-    /// A device by its index or a part of its name, as in `prism devices` [default: the best]
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub gpu: Option<String>,
-
-    /// The validation layer's checks; a warning or an error fails the run
-    #[arg(long, default_value = "off", value_parser = words(Validation::ALL, Validation::name))]
-    pub validation: Validation,
-
-    /// Reads the shaders from this folder [default: those in the program]
-    #[arg(long, value_name = "DIR")]
-    pub shader_dir: Option<PathBuf>,
+    /// Where it is computed.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 impl BenchArgs {

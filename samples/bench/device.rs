@@ -31,8 +31,8 @@ impl Device {
     pub fn new(args: &BenchArgs) -> Result<Device> {
         let desc = ContextDesc {
             app: "prism bench",
-            validation: args.validation,
-            selector: args.gpu.as_deref(),
+            validation: args.device.validation,
+            selector: args.device.gpu.as_deref(),
             optional: &[Feature::MeshShader, Feature::GeometryShader],
             ..ContextDesc::default()
         };
@@ -42,7 +42,7 @@ impl Device {
             frames: Frames::new(&ctx, 1)?,
             timers: PassTimers::new(&ctx, MAX_PASSES, 1)?,
             target: Offscreen::new(&ctx, size, offscreen::FORMAT)?,
-            compiler: render::shader_compiler(args.shader_dir.as_deref())?,
+            compiler: render::shader_compiler(args.device.shader_dir.as_deref())?,
             ctx,
         })
     }

@@ -2,6 +2,20 @@
 
 use prism_engine::measure::Metrics;
 
+/// The scenes of the table of figures, by their files below `assets/`.
+pub const SCENES: [&str; 10] = [
+    "torus",
+    "suzanne",
+    "cube",
+    "cloth",
+    "stability_cliffs",
+    "stability_needles",
+    "stability_slivers",
+    "stability_seams",
+    "stability_far",
+    "stability_inside",
+];
+
 /// 99 % of the pixels are this near to the truth, in pixel footprints.
 pub const DEPTH_P99: f64 = 0.05;
 /// Share of the pixels that may be off by more than a footprint.

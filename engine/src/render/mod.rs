@@ -293,6 +293,9 @@ impl Renderer {
     }
 
     /// Replaces a light, for the frames recorded from now on.
+    ///
+    /// # Panics
+    /// Where the scene has no light of that index.
     pub fn set_light(&mut self, index: usize, light: Light) {
         self.lights[index] = light;
     }

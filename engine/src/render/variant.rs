@@ -93,10 +93,10 @@ pub struct Height {
     pub lod_fade: bool,
     /// Rays toward the lights.
     pub self_shadow: bool,
-    /// Ambient light dimmed by what the field hides of the sky.
-    pub ambient_occlusion: bool,
     /// They go on in a hierarchy of boxes once they leave the shell.
     pub reenters: bool,
+    /// Ambient light dimmed by what the field hides of the sky.
+    pub ambient_occlusion: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
 }
