@@ -479,3 +479,35 @@ fn a_failed_write_leaves_the_old_file() {
     call.run().ends(1);
     assert_eq!(fs::read_to_string(&path).expect("the file"), "the old one");
 }
+
+#[test]
+fn a_turntable_is_one_turn() {
+    use image::{AnimationDecoder, codecs::gif::GifDecoder};
+    let folder = folder();
+    let flags = "--turntable 4 --size 48x36 --shell off --march none --out turn.gif";
+    draw("render", asset("torus.gltf")).words(flags).within(folder.path()).succeeds();
+    let file = fs::File::open(folder.path().join("turn.gif")).expect("the animation");
+    let decoder = GifDecoder::new(std::io::BufReader::new(file)).expect("a GIF");
+    let frames = decoder.into_frames().collect_frames().expect("frames");
+    assert_eq!(frames.len(), 4);
+    // The first frame is what a picture alone shows, to the colours of a GIF; the others are seen from elsewhere.
+    draw("render", asset("torus.gltf"))
+        .words("--size 48x36 --shell off --march none --out still.png")
+        .within(folder.path())
+        .succeeds();
+    let still = image::open(folder.path().join("still.png")).expect("a picture").into_rgb8();
+    let apart = |frame: &image::Frame| {
+        let pairs = frame.buffer().pixels().zip(still.pixels());
+        let far = pairs.filter(|(a, b)| (0..3).any(|k| a[k].abs_diff(b[k]) > 24)).count();
+        far as f64 / (48.0 * 36.0)
+    };
+    assert!(apart(&frames[0]) < 0.02, "{}", apart(&frames[0]));
+    assert!(frames[1..].iter().all(|frame| apart(frame) > 0.05));
+
+    for (flags, told) in
+        [("--turntable 4 --frames 2", "--frames"), ("--turntable 4 --out turn.mp4", ".gif"), ("--turntable 1", "1")]
+    {
+        let outcome = prism("render").arg(asset("torus.gltf")).words(flags).within(folder.path()).run().ends(2);
+        assert!(outcome.stderr.contains(told), "{outcome}");
+    }
+}

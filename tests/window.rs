@@ -3,7 +3,8 @@
 mod common;
 
 use std::{
-    env,
+    env, fs,
+    path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
@@ -14,8 +15,9 @@ use x11rb::{
     connection::Connection,
     protocol::{
         xproto::{
-            Atom, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask, ImageFormat,
-            InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MapState, Window,
+            Atom, AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ClientMessageEvent, ConfigureWindowAux,
+            ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT,
+            MOTION_NOTIFY_EVENT, MapState, Window,
         },
         xtest::ConnectionExt as _,
     },
@@ -98,6 +100,19 @@ impl User {
         for kind in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
             self.x.xtest_fake_input(kind, code, 0, self.root, 0, 0, 0).expect("sent").check().expect("a key");
         }
+    }
+
+    /// A click with the left button at a pixel of the window.
+    fn click(&self, window: Window, [x, y]: [i16; 2]) {
+        let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
+        let send = |kind: u8, detail: u8| {
+            let sent = self.x.xtest_fake_input(kind, detail, 0, self.root, at.dst_x, at.dst_y, 0);
+            sent.expect("sent").check().expect("the mouse");
+            thread::sleep(Duration::from_millis(60));
+        };
+        send(MOTION_NOTIFY_EVENT, 0);
+        send(BUTTON_PRESS_EVENT, 1);
+        send(BUTTON_RELEASE_EVENT, 1);
     }
 
     fn resize(&self, window: Window, width: u32, height: u32) {
@@ -283,6 +298,106 @@ fn escape_quits() {
     user.focus(window);
     user.press(ESCAPE);
     clean(process.wait());
+}
+
+/// A copy of the shaders that a test may edit.
+fn shaders(folder: &Path) -> PathBuf {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
+    let to = folder.join("shaders");
+    copy(&from, &to);
+    to
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).expect("a copy");
+        }
+    }
+}
+
+#[test]
+fn a_shader_edited_meanwhile_is_drawn_with_as_soon_as_it_compiles() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let folder = folder();
+    let dir = shaders(folder.path());
+    let flags = format!("--shell off --march none --shader-dir {}", dir.display());
+    let mut process = open("viewer", &flags);
+    let window = user.window_of(&mut process);
+    let size = [320, 240];
+    let original = headless("viewer", size, &flags);
+    shows(&user, window, &mut process, &original);
+
+    // A good edit: what it draws is what the folder now gives.
+    let file = dir.join("render/surface.frag");
+    let text = fs::read_to_string(&file).expect("the shader");
+    let end = text.rfind('}').expect("the end of main");
+    let red = format!("{}    out_color.rgb = out_color.rrr;\n{}", &text[..end], &text[end..]);
+    fs::write(&file, &red).expect("an edit");
+    let edited = headless("viewer", size, &flags);
+    assert!(difference(&original, &edited) > 0.02, "the edit shows: {}", difference(&original, &edited));
+    shows(&user, window, &mut process, &edited);
+
+    // A broken one: the picture stays, and over its lower edge the message says where.
+    fs::write(&file, red.replace("out_color.rrr", "no_such_name")).expect("an edit");
+    let upper = |picture: &Picture| Picture {
+        width: picture.width,
+        height: picture.height / 2,
+        pixels: picture.pixels[..picture.pixels.len() / 2].to_vec(),
+    };
+    wait("the message", &mut process, || (difference(&user.picture(window), &edited) > 0.02).then_some(()));
+    assert!(difference(&upper(&user.picture(window)), &upper(&edited)) < 0.01, "the picture stays");
+
+    // The mend.
+    fs::write(&file, &text).expect("an edit");
+    shows(&user, window, &mut process, &original);
+    user.close(window);
+    let outcome = process.wait();
+    let line = red[..red.find("out_color.rrr").expect("the edit")].lines().count();
+    let told = format!("surface.frag:{line}: error: 'no_such_name'");
+    assert!(outcome.stderr.contains(&told), "{told}\n{outcome}");
+    clean(outcome);
+}
+
+#[test]
+fn the_panel_is_drawn_and_clicked() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let folder = folder();
+    let display = env::var_os("DISPLAY").expect("an X server");
+    let call = draw("run", "viewer").words("--size 960x720 --shell off --march none").within(folder.path());
+    let mut process = call.env("DISPLAY", display).start();
+    let window = user.window_of(&mut process);
+    let bare = headless("viewer", [960, 720], "--shell off --march none");
+    // Left of the picture, over it; the right half is the sample's own.
+    let half = |picture: &Picture, right: bool| {
+        let [from, to] = if right { [480, 960] } else { [0, 200] };
+        let rows = picture.pixels.chunks_exact(960).flat_map(|row| row[from..to].to_vec());
+        Picture { width: (to - from) as u32, height: picture.height, pixels: rows.collect() }
+    };
+    wait("the panel", &mut process, || {
+        let seen = user.picture(window);
+        let over = difference(&half(&seen, false), &half(&bare, false));
+        (over > 0.3 && difference(&half(&seen, true), &half(&bare, true)) < 0.01).then_some(())
+    });
+    user.focus(window);
+    // 'copy as command line' is the first button; 'save view' is in the row below it.
+    let wide = user.picture(window);
+    wide.write(&common::leftovers().join("window-panel.png"));
+    user.click(window, [70, 42]);
+    user.press('u'.into());
+    shows(&user, window, &mut process, &bare);
+    user.press(ESCAPE);
+    let outcome = process.wait();
+    assert!(outcome.stderr.contains("copied: prism run viewer --scene"), "{outcome}");
+    assert!(outcome.stderr.contains("--shell off --march none --size 960x720"), "{outcome}");
+    clean(outcome);
 }
 
 #[test]

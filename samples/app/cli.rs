@@ -24,7 +24,7 @@ Data go to stdout, notices to stderr. `prism COMMAND --help` has every option an
 PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
-Keys in the window: S stage, H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient \
+Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient \
 occlusion, without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
 F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
@@ -413,6 +413,11 @@ pub struct SessionArgs {
     /// A device by its index or a part of its name, as in `prism devices` [default: the best]
     #[arg(long, value_name = "INDEX|NAME")]
     pub gpu: Option<String>,
+
+    /// One turn of the camera around what it looks at, in N frames at 25 a second; the output's name says whether a .gif,
+    /// an .apng or (.png) a picture each frame is written [default: none]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=3600))]
+    pub turntable: Option<u32>,
 
     /// The last frame's surface data as 32-bit float OpenEXR [default: not written]
     ///

@@ -9,6 +9,9 @@ use prism_engine::{
     },
 };
 
+#[cfg(feature = "window")]
+use prism_engine::render::reload::Rebuilt;
+
 use super::{
     console,
     job::Job,
@@ -34,6 +37,9 @@ pub struct Drawing<'a> {
     /// Number and time of the frame that was last recorded in each slot.
     pending: Vec<Option<(u64, f64)>>,
     rows: Vec<FrameRow>,
+    /// The last measured frame.
+    #[cfg(feature = "window")]
+    latest: Option<FrameRow>,
     /// Loops that reached their limit in the measured frames, where they are counted.
     limits: Option<u64>,
     /// Last, so that it outlives what was made from it.
@@ -55,7 +61,7 @@ pub fn features(job: &Job<'_>, scenes: &[Loaded], interactive: bool) -> Features
             }
         }
     }
-    if measures(job) {
+    if measures(job) || interactive {
         features.optional.push(Feature::PipelineStatistics);
     }
     features
@@ -100,6 +106,8 @@ impl<'a> Drawing<'a> {
             timers,
             pending: vec![None; in_flight],
             rows: Vec::new(),
+            #[cfg(feature = "window")]
+            latest: None,
             limits: None,
             ctx: ctx.clone(),
         };
@@ -125,6 +133,18 @@ impl<'a> Drawing<'a> {
         self.scenes.len()
     }
 
+    /// What the scenes are called, and which one is drawn.
+    #[cfg(feature = "window")]
+    pub fn names(&self) -> (Vec<&str>, usize) {
+        (self.scenes.iter().map(|loaded| loaded.name.as_str()).collect(), self.current)
+    }
+
+    /// The run through the scene starts here from now on.
+    #[cfg(feature = "window")]
+    pub fn start_at(&mut self, start: super::sample::Pose) {
+        self.scenes[self.current].start = start;
+    }
+
     /// The scene that is drawn.
     pub fn loaded(&self) -> &Loaded {
         &self.scenes[self.current]
@@ -147,6 +167,36 @@ impl<'a> Drawing<'a> {
         Ok(())
     }
 
+    /// Draws the same scene of another set, read again; with the settings in force. All frames so far have run.
+    #[cfg(feature = "window")]
+    pub fn replace(&mut self, scenes: Vec<Loaded>) -> Result<()> {
+        for slot in 0..self.pending.len() {
+            self.collect(slot)?;
+        }
+        let settings = self.renderer.settings().clone();
+        let renderer = Renderer::new(&self.ctx, &self.compiler, &scenes[self.current].scene, &settings, self.output)?;
+        (self.renderer, self.scenes) = (renderer, scenes);
+        self.tell_notices();
+        Ok(())
+    }
+
+    /// Measures frames from now on, or no more, unless the job asks for it anyway. All frames so far have run.
+    #[cfg(feature = "window")]
+    pub fn measure(&mut self, on: bool) -> Result<()> {
+        if on != self.timers.is_some() && !measures(self.job) {
+            self.pending.fill(None);
+            self.latest = None;
+            self.timers = on.then(|| PassTimers::new(&self.ctx, MAX_PASSES, self.pending.len())).transpose()?;
+        }
+        Ok(())
+    }
+
+    /// The last measured frame that has run.
+    #[cfg(feature = "window")]
+    pub fn latest(&self) -> Option<&FrameRow> {
+        self.latest.as_ref()
+    }
+
     /// The renderer.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
@@ -157,6 +207,12 @@ impl<'a> Drawing<'a> {
         self.renderer.set_settings(&self.compiler, settings)?;
         self.tell_notices();
         Ok(())
+    }
+
+    /// Draws with pipelines that were made anew; on failure the old ones stay.
+    #[cfg(feature = "window")]
+    pub fn adopt(&mut self, rebuilt: Rebuilt) -> Result<()> {
+        self.renderer.adopt(&self.compiler, rebuilt)
     }
 
     /// Records a frame in a slot whose last frame has run. With a number and a time it is measured as that frame.
@@ -185,7 +241,15 @@ impl<'a> Drawing<'a> {
     fn collect(&mut self, slot: usize) -> Result<()> {
         if let (Some(timers), Some((frame, time))) = (&mut self.timers, self.pending[slot].take()) {
             let passes = timers.resolve(slot).into_iter().map(row).collect();
-            self.rows.push(FrameRow { frame, time, passes });
+            let row = FrameRow { frame, time, passes };
+            #[cfg(feature = "window")]
+            {
+                self.latest = Some(row.clone());
+            }
+            // A window may measure for its panel alone, without end.
+            if measures(self.job) {
+                self.rows.push(row);
+            }
             if let Some(reached) = self.renderer.limits_reached(slot)? {
                 *self.limits.get_or_insert(0) += u64::from(reached);
             }

@@ -1,6 +1,6 @@
 //! Frames without a window: draws them all, keeps the last.
 
-use std::path::Path;
+use std::{f64::consts::TAU, path::Path};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use prism_engine::{
@@ -10,6 +10,7 @@ use prism_engine::{
 };
 
 use super::{
+    animation::Animation,
     console,
     drawing::{self, Drawing},
     exr,
@@ -23,7 +24,9 @@ use super::{
 
 /// Draws the job's frames and writes its files.
 pub fn run(job: &Job<'_>) -> Result<()> {
-    let scenes = load::load(job, job.frames.unwrap_or(1))?;
+    // A turntable stays with its first scene.
+    let scenes = if turns(job) { 1 } else { job.frames.unwrap_or(1) };
+    let scenes = load::load(job, scenes)?;
     if let Some(draw) = job.sample.embedding() {
         return embed(job, &scenes[0], draw);
     }
@@ -49,6 +52,11 @@ fn embed(job: &Job<'_>, loaded: &Loaded, draw: fn(&Embedding<'_>) -> Result<Pict
     job.out.as_ref().map_or(Ok(()), |path| write_picture(path, &picture))
 }
 
+/// Whether the camera goes around.
+fn turns(job: &Job<'_>) -> bool {
+    job.common.session.turntable.is_some()
+}
+
 fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     png::write(path, picture)?;
     console::notice(format_args!("wrote {}", path.display()));
@@ -68,10 +76,16 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     let count = job.frames.unwrap_or(1);
     let progress = progress(count);
     let mut composed = None;
+    let mut animation = job.out.as_deref().filter(|_| turns(job)).map(Animation::new).transpose()?;
     for number in 0..count {
         let time = number as f64 * job.time_step.unwrap_or_default();
-        drawing.walk_to(number)?;
-        let moment = drawing.moment(time);
+        if !turns(job) {
+            drawing.walk_to(number)?;
+        }
+        let mut moment = drawing.moment(time);
+        if turns(job) {
+            moment.pose = moment.pose.orbited(TAU * number as f64 / count as f64);
+        }
         let mut frame = frames.begin()?;
         let slot = frame.slot();
         picture.prepare(&mut frame.cmd);
@@ -102,11 +116,16 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
             progress.suspend(|| console::data(&format!("{figures}\n")))?;
             composed = Some(picture);
         }
+        if let Some(animation) = &mut animation {
+            animation.add(composed.take().map_or_else(|| picture.read(), Ok)?)?;
+        }
         progress.inc(1);
     }
     progress.finish_and_clear();
 
-    if let Some(path) = &job.out {
+    if let Some(animation) = animation {
+        animation.finish()?;
+    } else if let Some(path) = &job.out {
         write_picture(path, &composed.map_or_else(|| picture.read(), Ok)?)?;
     }
     if let Some(path) = &session.aov {

@@ -11,6 +11,7 @@ use prism_engine::{
 };
 
 use super::{
+    animation::Kind,
     assets, choices,
     cli::{CommonArgs, RenderArgs, RunArgs},
     console, files,
@@ -67,7 +68,9 @@ impl<'a> Job<'a> {
             (Source::Asset(name) | Source::Chosen { default: name }, None) => Walk::single(assets::find(name)?),
             (Source::File(file), None) => Walk::single(file),
         };
-        let files_only = args.headless || args.out.is_some() || args.common.session.aov.is_some();
+        let session = &args.common.session;
+        let files_only = args.headless || args.out.is_some() || session.aov.is_some() || session.turntable.is_some();
+        refuse_beside_turntable(&args.common, args.frames)?;
         let window = !files_only && !embedded && window_possible();
         if args.time_step.is_some() && !sample.moves() {
             return usage(format!("--time-step: nothing in {} moves with time; drop the flag", sample.id()));
@@ -80,7 +83,7 @@ impl<'a> Job<'a> {
             walk,
             settings: settings(&args.common, &sample.settings())?,
             window,
-            frames: if window { args.frames } else { Some(args.frames.unwrap_or(1)) },
+            frames: if window { args.frames } else { Some(frames(&args.common, args.frames)) },
             time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(HEADLESS_STEP)) },
             out: if window { None } else { picture(args.out, &args.common, sample.id()) },
             common: args.common,
@@ -94,12 +97,13 @@ impl<'a> Job<'a> {
 
     /// `prism render`. `still` is the sample that draws `args.scene` as it is.
     pub fn render(args: RenderArgs, still: &'a Still) -> Result<Job<'a>> {
+        refuse_beside_turntable(&args.common, args.frames)?;
         let stem = args.scene.file_stem().map_or("frame".into(), |stem| stem.to_string_lossy().into_owned());
         let job = Job {
             sample: still,
             settings: settings(&args.common, &still.settings())?,
             window: false,
-            frames: Some(args.frames.unwrap_or(1)),
+            frames: Some(frames(&args.common, args.frames)),
             time_step: Some(0.0),
             out: picture(args.out, &args.common, &stem),
             walk: Walk::single(args.scene),
@@ -118,8 +122,13 @@ impl<'a> Job<'a> {
     /// The output files' names make sense and their folders exist, found out before minutes are spent.
     fn check_files(&self) -> Result<()> {
         let session = &self.common.session;
+        let mut pictures = Some("png");
+        if let (Some(_), Some(path)) = (session.turntable, &self.out) {
+            Kind::of(path)?;
+            pictures = None;
+        }
         let outputs = [
-            ("--out", "picture", &self.out, Some("png")),
+            ("--out", "picture", &self.out, pictures),
             ("--aov", "surface data", &session.aov, Some("exr")),
             ("--csv", "table", &session.csv, None),
         ];
@@ -148,12 +157,29 @@ fn refuse_without_application(args: &RunArgs, sample: &dyn Sample) -> Result<()>
     let flags = [
         ("--frames", args.frames.is_some()),
         ("--aov", session.aov.is_some()),
+        ("--turntable", session.turntable.is_some()),
         ("--csv", session.csv.is_some()),
         ("--stats", session.stats),
         ("--gpu", session.gpu.is_some()),
     ];
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => usage(format!("{flag}: {} draws one picture on a device of its own; drop it", sample.id())),
+        None => Ok(()),
+    }
+}
+
+/// How many frames are drawn without a window.
+fn frames(common: &CommonArgs, asked: Option<u64>) -> u64 {
+    common.session.turntable.map_or(asked.unwrap_or(1), u64::from)
+}
+
+/// A turntable's frames are all of one turn, and only their colours are kept.
+fn refuse_beside_turntable(common: &CommonArgs, frames: Option<u64>) -> Result<()> {
+    let others = [("--frames", frames.is_some()), ("--aov", common.session.aov.is_some())];
+    match others.iter().find(|(_, given)| *given && common.session.turntable.is_some()) {
+        Some((flag, _)) => {
+            usage(format!("{flag}: a turntable draws the frames of one turn, as pictures; drop one of the two"))
+        }
         None => Ok(()),
     }
 }
@@ -173,6 +199,7 @@ fn picture(out: Option<PathBuf>, common: &CommonArgs, name: &str) -> Option<Path
     match (out, &common.session.aov) {
         (Some(path), _) => Some(path),
         (None, Some(_)) => None,
+        (None, None) if common.session.turntable.is_some() => Some(PathBuf::from(format!("{name}.gif"))),
         (None, None) => Some(PathBuf::from(format!("{name}.png"))),
     }
 }

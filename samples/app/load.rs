@@ -21,7 +21,13 @@ pub struct Loaded {
 
 /// Reads the scenes that so many frames show, and tells their notices.
 pub fn load(job: &Job<'_>, frames: u64) -> Result<Vec<Loaded>> {
-    job.walk.files(frames).map(|file| load_one(job, file)).collect()
+    job.walk.files(frames).map(|file| load_one(job, file, &job.common.surface)).collect()
+}
+
+/// Reads all scenes again, with other values of their displaced materials.
+#[cfg(feature = "window")]
+pub fn again(job: &Job<'_>, surface: &SurfaceArgs) -> Result<Vec<Loaded>> {
+    job.walk.files(u64::MAX).map(|file| load_one(job, file, surface)).collect()
 }
 
 /// Reads a scene in which nothing moves, and tells its notices. `size`: of the picture.
@@ -30,8 +36,8 @@ pub fn still(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &Camera
     Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
 }
 
-fn load_one(job: &Job<'_>, file: &Path) -> Result<Loaded> {
-    let (mut scene, start) = read(file, job.size(), &job.common.surface, &job.common.camera)?;
+fn load_one(job: &Job<'_>, file: &Path, surface: &SurfaceArgs) -> Result<Loaded> {
+    let (mut scene, start) = read(file, job.size(), surface, &job.common.camera)?;
     for (mesh, _) in job.sample.at(&scene, &start, 0.0).poses {
         scene.meshes[mesh].deforms = true;
     }
@@ -46,7 +52,13 @@ fn read(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &CameraArgs)
     for notice in &scene.notices {
         console::notice(notice);
     }
-    let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
-    let start = camera::start(camera, &scene, &base)?;
+    let start = start(&scene, size, camera)?;
     Ok((scene, start))
+}
+
+/// Where a run through a scene starts.
+pub fn start(scene: &Scene, size: [u32; 2], camera: &CameraArgs) -> Result<Pose> {
+    let aspect = f64::from(size[0]) / f64::from(size[1]);
+    let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
+    camera::start(camera, scene, &base)
 }

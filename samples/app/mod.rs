@@ -1,5 +1,6 @@
 //! The application around the samples: command line, headless and window loop, output files.
 
+mod animation;
 pub mod assets;
 mod bake;
 mod camera;
@@ -22,6 +23,8 @@ pub mod picture;
 mod png;
 mod probe;
 pub mod sample;
+#[cfg(any(test, feature = "window"))]
+mod spelled;
 mod stats;
 mod still;
 mod surface;

@@ -79,7 +79,8 @@ pub(super) struct Inner {
     pub pools: Mutex<Pools>,
     pub pipeline_cache: vk::PipelineCache,
     pipeline_cache_file: Option<PathBuf>,
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// Shared with what draws the window's panel, which holds the context too.
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     queue: Mutex<vk::Queue>,
     pub queue_family: u32,
     pub timestamp_bits: u32,
@@ -376,6 +377,11 @@ impl Context {
         lock(&self.0.allocator)
     }
 
+    #[cfg(feature = "window")]
+    pub(super) fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.0.allocator)
+    }
+
     pub(super) fn retirement(&self) -> MutexGuard<'_, Retirement> {
         lock(&self.0.retirement)
     }
@@ -483,7 +489,7 @@ impl Parts {
             pools: Mutex::default(),
             pipeline_cache,
             pipeline_cache_file,
-            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
             queue: Mutex::new(queue),
             queue_family: chosen.queue_family,
             timestamp_bits: chosen.timestamp_bits,

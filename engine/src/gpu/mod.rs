@@ -18,6 +18,8 @@ mod feature;
 mod frame;
 mod instance;
 mod memory;
+#[cfg(feature = "window")]
+mod overlay;
 mod pipeline;
 mod queries;
 mod readback;
@@ -42,6 +44,8 @@ pub use frame::{Frame, Frames, run_once};
 pub use memory::{
     Buffer, BufferDesc, Image, ImageDesc, MemoryLocation, Sampler, SamplerDesc, Uploader, format_bytes, full_mip_count,
 };
+#[cfg(feature = "window")]
+pub use overlay::Overlay;
 pub use pipeline::{DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};
 pub use readback::{read_buffer, read_image, readback_buffer};

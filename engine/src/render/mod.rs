@@ -12,6 +12,7 @@ pub mod layout;
 mod meshlets;
 pub mod plan;
 mod pyramid;
+pub mod reload;
 mod resolve;
 mod resources;
 mod shadow;
@@ -22,6 +23,7 @@ pub mod view;
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DAffine3;
 
@@ -39,7 +41,7 @@ use crate::aov::Aov;
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Attachment, CommandEncoder, Context, DepthAttachment, DepthState, DescriptorSet, Feature, GraphicsDesc,
-    Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, ShaderCompiler, vk,
+    Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, Shader, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
 use crate::settings::{Settings, Stage};
@@ -519,6 +521,11 @@ impl Renderer {
 
     /// The pipelines that a frame binds, by name.
     pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
+        self.variants().iter().map(|v| (v.name(), &self.pipelines[v])).collect()
+    }
+
+    /// Those of the pipelines that a frame binds.
+    fn variants(&self) -> Vec<Variant> {
         let mut variants: Vec<Variant> = Vec::new();
         let blockers = self.plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
         for draw in self.plan.draws.iter().chain(&self.plan.aov_draws).chain(blockers) {
@@ -528,7 +535,7 @@ impl Renderer {
                 }
             }
         }
-        variants.iter().map(|v| (v.name(), &self.pipelines[v])).collect()
+        variants
     }
 
     /// Mesh or geometry: what the settings ask for, or what the device has.
@@ -553,48 +560,7 @@ impl Renderer {
     }
 
     fn pipeline(&self, compiler: &ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
-        let defines = variant.defines();
-        let shaders = variant
-            .shaders()
-            .iter()
-            .map(|(path, stage)| compiler.compile(path, *stage, &defines))
-            .collect::<Result<Vec<_>>>()?;
-        let mut color_formats = Vec::new();
-        if variant.pass == Pass::Shade {
-            color_formats.push(self.output.color_format);
-            if variant.aov {
-                color_formats.extend(AovTargets::FORMATS);
-            }
-        }
-        let outlines = matches!(variant.geometry, Geometry::Shell(_) | Geometry::Borders(_));
-        let cull = if outlines || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
-        let front_face = if variant.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
-        Pipeline::graphics(
-            &self.ctx,
-            &GraphicsDesc {
-                name: &variant.name(),
-                shaders: &shaders.iter().collect::<Vec<_>>(),
-                vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
-                color_formats: &color_formats,
-                depth_format: Some(DEPTH_FORMAT),
-                depth: if variant.depth_stands {
-                    DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
-                } else {
-                    DepthState::REVERSED
-                },
-                cull,
-                front_face,
-                topology: if outlines {
-                    vk::PrimitiveTopology::POINT_LIST
-                } else {
-                    vk::PrimitiveTopology::TRIANGLE_LIST
-                },
-                samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
-                polygon_mode: vk::PolygonMode::FILL,
-                blend: false,
-                depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
-            },
-        )
+        graphics_pipeline(&self.ctx, self.output, variant, &variant_shaders(compiler, variant)?)
     }
 
     fn resize(&mut self, extent: [u32; 2]) -> Result<()> {
@@ -617,4 +583,45 @@ impl Renderer {
         self.targets = Some(Targets { depth, samples, aov, aov_depth, camera: glam::DVec3::ZERO });
         Ok(())
     }
+}
+
+/// A variant's shaders, one a stage.
+fn variant_shaders(compiler: &ShaderCompiler, variant: &Variant) -> Result<Vec<Arc<Shader>>> {
+    let defines = variant.defines();
+    variant.shaders().iter().map(|(path, stage)| compiler.compile(path, *stage, &defines)).collect()
+}
+
+fn graphics_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: &[Arc<Shader>]) -> Result<Pipeline> {
+    let mut color_formats = Vec::new();
+    if variant.pass == Pass::Shade {
+        color_formats.push(output.color_format);
+        if variant.aov {
+            color_formats.extend(AovTargets::FORMATS);
+        }
+    }
+    let outlines = matches!(variant.geometry, Geometry::Shell(_) | Geometry::Borders(_));
+    let cull = if outlines || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
+    let front_face = if variant.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
+    Pipeline::graphics(
+        ctx,
+        &GraphicsDesc {
+            name: &variant.name(),
+            shaders: &shaders.iter().collect::<Vec<_>>(),
+            vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
+            color_formats: &color_formats,
+            depth_format: Some(DEPTH_FORMAT),
+            depth: if variant.depth_stands {
+                DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
+            } else {
+                DepthState::REVERSED
+            },
+            cull,
+            front_face,
+            topology: if outlines { vk::PrimitiveTopology::POINT_LIST } else { vk::PrimitiveTopology::TRIANGLE_LIST },
+            samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
+            polygon_mode: vk::PolygonMode::FILL,
+            blend: false,
+            depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
+        },
+    )
 }

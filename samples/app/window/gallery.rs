@@ -82,7 +82,7 @@ impl Gallery {
         self.hung.as_ref().filter(|hung| hung.subject == *now).map(|hung| (&hung.picture, hung.figures.as_str()))
     }
 
-    /// Copies the exhibit of `now` to `target` (at [`Access::ACQUIRED`]; then at [`Access::PRESENT`]), if it is there
+    /// Copies the exhibit of `now` to `target` (at [`Access::ACQUIRED`]; then at [`Access::COLOR_WRITE`]), if it is there
     /// and the window system lets its images be copied to. Whether it did.
     pub fn record(&self, cmd: &mut CommandEncoder, now: &Subject, target: &Image) -> bool {
         let Some(hung) = self.hung.as_ref().filter(|hung| hung.subject == *now) else { return false };
@@ -93,7 +93,7 @@ impl Gallery {
         cmd.image_barrier(&hung.image, Access::SHADER_READ, Access::TRANSFER_SRC);
         cmd.blit(&hung.image, 0, target, 0, vk::Filter::NEAREST);
         cmd.image_barrier(&hung.image, Access::TRANSFER_SRC, Access::SHADER_READ);
-        cmd.image_barrier(target, Access::TRANSFER_DST, Access::PRESENT);
+        cmd.image_barrier(target, Access::TRANSFER_DST, Access::COLOR_WRITE);
         true
     }
 

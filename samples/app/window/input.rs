@@ -8,7 +8,7 @@ use winit::{
 
 /// Printed when a window opens; `prism run --help` has the same in a sentence.
 pub const KEYS: &str = "\
-keys: S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
+keys: U panel, S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
       D dithered start, L self-shadow, W shadow maps, A ambient occlusion; shell off: C clipped outline, G normals
 mouse: left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
@@ -23,6 +23,8 @@ const NOTCHES_PER_PINCH: f64 = 6.6;
 /// One thing that the user wants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
+    /// The panel shown or put away.
+    Panel,
     /// The next stage.
     Stage,
     /// The shell on or off.
@@ -128,8 +130,10 @@ fn wish_of(key: &Key) -> Option<Wish> {
     match key {
         Key::Named(NamedKey::Space) => Some(Wish::Pause),
         Key::Named(NamedKey::Escape) => Some(Wish::Quit),
+        Key::Named(NamedKey::F1) => Some(Wish::Panel),
         Key::Named(NamedKey::F12) => Some(Wish::Screenshot),
         Key::Character(text) => match text.to_lowercase().as_str() {
+            "u" => Some(Wish::Panel),
             "s" => Some(Wish::Stage),
             "h" => Some(Wish::Shell),
             "m" => Some(Wish::March),

@@ -4,6 +4,8 @@ mod clock;
 mod gallery;
 mod input;
 mod orbit;
+mod panel;
+mod reload;
 mod shown;
 mod switch;
 
@@ -14,7 +16,7 @@ use prism_engine::{
 use winit::{
     application::ApplicationHandler,
     error::EventLoopError,
-    event::WindowEvent,
+    event::{ElementState, StartCause, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     window::WindowId,
 };
@@ -60,7 +62,8 @@ impl App<'_> {
     fn with_shown(&mut self, events: &ActiveEventLoop, body: impl FnOnce(&mut Shown<'_>) -> Result<After>) {
         let Some(shown) = &mut self.shown else { return };
         match body(shown) {
-            Ok(After::Wait) => {}
+            Ok(After::Wait) => events.set_control_flow(ControlFlow::Wait),
+            Ok(After::At(time)) => events.set_control_flow(ControlFlow::WaitUntil(time)),
             Ok(After::Redraw) => shown.request_redraw(),
             Ok(After::Quit) => events.exit(),
             Err(error) => self.fail(events, error),
@@ -94,8 +97,22 @@ impl ApplicationHandler for App<'_> {
         }
     }
 
+    fn new_events(&mut self, _events: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(shown)) = (cause, &self.shown) {
+            shown.request_redraw();
+        }
+    }
+
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
         let Some(shown) = &mut self.shown else { return };
+        let (taken, changed) = shown.panel_takes(&event);
+        if changed {
+            shown.request_redraw();
+        }
+        // A button let go of over the panel is let go of all the same.
+        if taken && !matches!(event, WindowEvent::MouseInput { state: ElementState::Released, .. }) {
+            return;
+        }
         if let Some(wish) = self.input.wish(&event, shown.scale()) {
             return self.with_shown(events, |shown| match wish {
                 Wish::Quit => Ok(After::Quit),

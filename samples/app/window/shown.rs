@@ -14,6 +14,7 @@ use prism_engine::{
 };
 use winit::{
     dpi::PhysicalSize,
+    event::WindowEvent,
     event_loop::ActiveEventLoop,
     raw_window_handle::{HasDisplayHandle, HasWindowHandle},
     window::{Window, WindowAttributes},
@@ -24,17 +25,23 @@ use super::{
     gallery::{Gallery, Subject},
     input::Wish,
     orbit::Orbit,
+    panel::{Action, Facts, Laid, Panel},
+    reload::Reload,
     switch,
 };
 use crate::app::{
+    choices,
+    cli::CameraArgs,
     console,
     drawing::{self, Drawing},
     job::Job,
-    load::Loaded,
+    load::{self, Loaded},
     offscreen::Offscreen,
     picture::Picture,
     png,
-    sample::{Drawn, Moment, Pose},
+    sample::{Drawn, Moment, Pose, Source},
+    spelled,
+    surface::SurfaceArgs,
 };
 
 /// Two: the CPU records one frame while the GPU runs the other; more would only add delay to the mouse.
@@ -44,6 +51,8 @@ const IN_FLIGHT: usize = 2;
 pub enum After {
     /// Waits for the next event.
     Wait,
+    /// Waits for the next event, or draws at this time if none comes.
+    At(Instant),
     /// Draws.
     Redraw,
     /// Ends.
@@ -55,6 +64,11 @@ pub struct Shown<'a> {
     job: &'a Job<'a>,
     drawing: Drawing<'a>,
     gallery: Option<Gallery>,
+    panel: Panel,
+    /// Where shaders are read from a folder.
+    reload: Option<Reload>,
+    /// What the displaced materials have in place of their own values.
+    surface: SurfaceArgs,
     swapchain: Swapchain,
     frames: Frames,
     ctx: Context,
@@ -92,11 +106,19 @@ impl<'a> Shown<'a> {
         let size = window.inner_size().into();
         let swapchain = Swapchain::new(&ctx, size, true)?;
         let output = Output { color_format: swapchain.format(), aov: job.sample.exhibit().is_some() };
-        let drawing = Drawing::new(job, scenes, &ctx, output, IN_FLIGHT)?;
+        let mut drawing = Drawing::new(job, scenes, &ctx, output, IN_FLIGHT)?;
+        let panel = Panel::new(&window, &ctx, swapchain.format(), IN_FLIGHT)?;
+        drawing.measure(panel.is_open())?;
+        let window = Arc::new(window);
+        let dir = job.common.session.shader_dir.as_deref();
+        let reload = dir.map(|dir| Reload::new(dir, window.clone())).transpose()?;
         let shown = Shown {
             job,
             drawing,
             gallery: job.sample.exhibit().map(Gallery::new),
+            panel,
+            reload,
+            surface: job.common.surface.clone(),
             swapchain,
             frames: Frames::new(&ctx, IN_FLIGHT)?,
             ctx,
@@ -109,7 +131,7 @@ impl<'a> Shown<'a> {
             size,
             hidden: false,
             screenshot: false,
-            window: Arc::new(window),
+            window,
         };
         shown.set_title();
         Ok(shown)
@@ -123,6 +145,11 @@ impl<'a> Shown<'a> {
     /// Pixels per logical pixel.
     pub fn scale(&self) -> f64 {
         self.window.scale_factor()
+    }
+
+    /// Lets the panel see an event first: whether it was for the panel alone, and whether a frame is due.
+    pub fn panel_takes(&mut self, event: &WindowEvent) -> (bool, bool) {
+        self.panel.take(&self.window, event)
     }
 
     /// Asks the window system for a [`Self::draw`] at its convenience.
@@ -148,6 +175,8 @@ impl<'a> Shown<'a> {
             self.pace.reset();
             return Ok(After::Wait);
         }
+        self.take_shaders();
+        let laid = self.lay_out()?;
         let mut frame = self.frames.begin()?;
         let Some(target) = self.swapchain.acquire(&frame, self.size)? else {
             // The window has just changed: its new images come with the next try.
@@ -168,8 +197,11 @@ impl<'a> Shown<'a> {
         if !exhibited {
             frame.cmd.image_barrier(image, Access::ACQUIRED, Access::COLOR_WRITE);
             self.drawing.record(&mut frame.cmd, slot, Some((self.count, time)), &moment, image)?;
-            frame.cmd.image_barrier(image, Access::COLOR_WRITE, Access::PRESENT);
         }
+        if let Some(laid) = &laid {
+            self.panel.record(&mut frame.cmd, image, laid)?;
+        }
+        frame.cmd.image_barrier(image, Access::COLOR_WRITE, Access::PRESENT);
         self.window.pre_present_notify();
         self.swapchain.submit_and_present(&mut self.frames, frame, target)?;
         self.count += 1;
@@ -194,18 +226,34 @@ impl<'a> Shown<'a> {
         if self.job.frames.is_some_and(|frames| self.count >= frames) {
             return Ok(After::Quit);
         }
+        let mut at = None;
+        if let Some(laid) = laid {
+            let acted = !laid.actions.is_empty();
+            for action in laid.actions {
+                self.act(action, &moment, &subject)?;
+            }
+            if acted || laid.repaint_after.is_zero() {
+                return Ok(After::Redraw);
+            }
+            at = now.checked_add(laid.repaint_after);
+        }
         let unfinished = self.gallery.as_ref().is_some_and(|gallery| gallery.wants_frame(&subject));
         if self.job.frames.is_some() || self.moves() || unfinished {
             return Ok(After::Redraw);
         }
         self.pace.reset();
-        Ok(After::Wait)
+        Ok(at.map_or(After::Wait, After::At))
     }
 
     /// Does what the user wants.
     pub fn grant(&mut self, wish: Wish) -> Result<()> {
         let settings = self.drawing.renderer().settings().clone();
         match wish {
+            Wish::Panel => {
+                self.frames.wait()?;
+                self.panel.toggle();
+                self.drawing.measure(self.panel.is_open())?;
+            }
             Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
             Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
             Wish::March => {
@@ -235,6 +283,144 @@ impl<'a> Shown<'a> {
             Wish::Zoom(notches) => self.orbit.zoom(notches),
             Wish::Quit => {}
         }
+        Ok(())
+    }
+
+    /// Draws with the shaders on disk, if they have changed and can be drawn with.
+    fn take_shaders(&mut self) {
+        let Some(reload) = &mut self.reload else { return };
+        let Some(rebuilt) = reload.poll(|| self.drawing.renderer().recipe()) else { return };
+        let count = rebuilt.as_ref().map_or(0, |rebuilt| rebuilt.len());
+        match rebuilt.and_then(|rebuilt| self.drawing.adopt(rebuilt)) {
+            Ok(()) => {
+                console::notice(format_args!("shaders: {count} pipelines made anew"));
+                self.panel.set_fault(None);
+                self.gallery = self.job.sample.exhibit().map(Gallery::new);
+            }
+            Err(error) => {
+                console::notice(format_args!("shaders: {error}"));
+                self.panel.set_fault(Some(error.to_string()));
+            }
+        }
+    }
+
+    /// The panel of the next frame, if it is to be seen.
+    fn lay_out(&mut self) -> Result<Option<Laid>> {
+        if !self.panel.shows() {
+            return Ok(None);
+        }
+        let eye = self.moment(self.clock.time()).pose.camera.transform.translation.to_array();
+        let memory = self.ctx.memory_report();
+        let (names, current) = self.drawing.names();
+        let displaced = self.drawing.loaded().scene.materials.iter().find_map(|material| material.displacement);
+        let facts = Facts {
+            sample: [self.job.sample.id(), self.job.sample.summary()],
+            scenes: (&names, current),
+            settings: self.drawing.renderer().settings(),
+            surface: &self.surface,
+            displaced: displaced.map(|displacement| [displacement.scale, displacement.midlevel]),
+            device: self.ctx.device_name(),
+            latest: self.drawing.latest(),
+            memory: &memory,
+            eye,
+        };
+        self.panel.lay_out(&self.window, &facts)
+    }
+
+    /// Does what the user did in the panel.
+    fn act(&mut self, action: Action, moment: &Moment, subject: &Subject) -> Result<()> {
+        match action {
+            Action::Settings(settings) => self.switch(settings),
+            Action::Surface(surface) => self.displace(surface)?,
+            Action::Scene(index) => {
+                self.frames.wait()?;
+                match self.drawing.walk_to(index as u64) {
+                    Ok(()) => self.orbit = Orbit::default(),
+                    Err(error) => self.panel.tell(error),
+                }
+                self.set_title();
+            }
+            Action::ResetCamera => self.orbit = Orbit::default(),
+            Action::Screenshot => {
+                let told = self.save_screenshot(moment, subject)?;
+                self.panel.tell(told);
+            }
+            Action::CopyLine => {
+                let line = spelled::line(&self.line());
+                self.panel.tell(format_args!("copied: {line}"));
+                console::notice(format_args!("copied: {line}"));
+                self.panel.copy(line);
+            }
+            Action::SaveView => {
+                let path = views(self.job.sample.id()).find(|path| !path.exists());
+                let Some(path) = path else { return Ok(()) };
+                match spelled::write(&path, &self.view()) {
+                    Ok(()) => self.panel.tell(format_args!("wrote {}", path.display())),
+                    Err(error) => self.panel.tell(error),
+                }
+            }
+            Action::LoadView => {
+                let Some(path) = views(self.job.sample.id()).take_while(|path| path.exists()).last() else {
+                    self.panel.tell("no view has been saved in this folder");
+                    return Ok(());
+                };
+                match self.load_view(&path) {
+                    Ok(()) => self.panel.tell(format_args!("as in {}", path.display())),
+                    Err(error) => self.panel.tell(error),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Displaces the materials otherwise: their scenes are read again.
+    fn displace(&mut self, surface: SurfaceArgs) -> Result<()> {
+        self.frames.wait()?;
+        let replaced = load::again(self.job, &surface).and_then(|scenes| self.drawing.replace(scenes));
+        match replaced {
+            Ok(()) => {
+                self.surface = surface;
+                self.gallery = self.job.sample.exhibit().map(Gallery::new);
+            }
+            Err(error) => self.panel.tell(error),
+        }
+        Ok(())
+    }
+
+    /// The flags of what is on screen: settings, materials, camera.
+    fn view(&self) -> Vec<String> {
+        let start = load::start(&self.drawing.loaded().scene, self.job.size(), &CameraArgs::default());
+        let now = self.orbit.apply(&self.drawing.loaded().start);
+        let mut words = spelled::settings(self.drawing.renderer().settings(), &self.job.sample.settings());
+        words.extend(spelled::surface(&self.surface));
+        words.extend(start.map(|start| spelled::camera(&now, &start)).unwrap_or_default());
+        words
+    }
+
+    /// The call of `prism` that shows it again; of a sample that moves, as it is at time 0.
+    fn line(&self) -> Vec<String> {
+        let mut words: Vec<String> = ["prism", "run", self.job.sample.id()].map(str::to_owned).into();
+        let (names, current) = self.drawing.names();
+        let file = self.job.walk.files(1).next().filter(|_| matches!(self.job.sample.scene(), Source::Chosen { .. }));
+        let scene =
+            if names.len() > 1 { Some(names[current].to_owned()) } else { file.map(|f| f.display().to_string()) };
+        words.extend(scene.into_iter().flat_map(|scene| ["--scene".to_owned(), scene]));
+        words.extend(self.view());
+        words.extend(["--size".to_owned(), format!("{}x{}", self.size[0], self.size[1])]);
+        words
+    }
+
+    /// Shows what a file keeps.
+    fn load_view(&mut self, path: &Path) -> Result<()> {
+        let args = spelled::load(path)?;
+        let settings = choices::settings(&args.look, &args.classic, &self.job.sample.settings())?;
+        self.displace(args.surface)?;
+        let count_limits = self.job.settings.count_limits;
+        self.drawing.set_settings(&Settings { count_limits, ..settings })?;
+        let start = load::start(&self.drawing.loaded().scene, self.job.size(), &args.camera)?;
+        self.drawing.start_at(start);
+        self.orbit = Orbit::default();
+        self.set_title();
         Ok(())
     }
 
@@ -279,6 +465,7 @@ impl<'a> Shown<'a> {
     /// Draws with other settings from now on, or says why not and goes on as before.
     fn switch(&mut self, settings: Settings) {
         if let Err(error) = self.drawing.set_settings(&settings) {
+            self.panel.tell(&error);
             console::notice(error);
         }
         self.pace.reset();
@@ -378,7 +565,7 @@ impl<'a> Shown<'a> {
     }
 
     /// Draws the frame once more, to an image that can be read back: a window's images often cannot.
-    fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<()> {
+    fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<String> {
         let exhibit = self.gallery.as_ref().and_then(|gallery| gallery.shown(subject));
         let picture = match exhibit {
             Some((picture, _)) => picture.clone(),
@@ -386,14 +573,15 @@ impl<'a> Shown<'a> {
         };
         let path = free_name(self.job.sample.id());
         // A folder that cannot be written to is no reason to close the window.
-        match png::write(&path, &picture) {
-            Ok(()) => console::notice(format_args!("wrote {}", path.display())),
-            Err(error) => console::notice(error),
-        }
+        let told = match png::write(&path, &picture) {
+            Ok(()) => format!("wrote {}", path.display()),
+            Err(error) => error.to_string(),
+        };
+        console::notice(&told);
         // The time this took is not the sample's.
         self.clock.skip();
         self.pace.reset();
-        Ok(())
+        Ok(told)
     }
 }
 
@@ -412,6 +600,11 @@ fn switched_on(settings: &Settings) -> String {
     add(settings.shadow_map, "shadow map");
     add(settings.ambient_occlusion, "ambient occlusion");
     text
+}
+
+/// `SAMPLE-view-1.json` in the current folder, and so on.
+fn views(id: &str) -> impl Iterator<Item = PathBuf> {
+    (1u64..).map(move |number| PathBuf::from(format!("{id}-view-{number}.json")))
 }
 
 /// `SAMPLE-1.png` in the current folder, or the first number that is not taken.

@@ -21,6 +21,11 @@ pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
 pub fn with_next_march(settings: &Settings, scene_allows: impl Fn(March) -> bool) -> Settings {
     let march =
         after(March::ALL, settings.march, |march| (!shelled(settings) || march.traces()) && scene_allows(march));
+    with_march(settings, march)
+}
+
+/// The same settings with another march, which its shell allows.
+pub fn with_march(settings: &Settings, march: March) -> Settings {
     fitting(Settings { march, refine_steps: march.usual_refine_steps(), ..settings.clone() })
 }
 
@@ -71,7 +76,7 @@ fn shelled(settings: &Settings) -> bool {
 }
 
 /// With the defaults in place of what shell and march cannot honour.
-fn fitting(mut settings: Settings) -> Settings {
+pub fn fitting(mut settings: Settings) -> Settings {
     let march = settings.march;
     if shelled(&settings) || !march.traces() {
         settings.silhouette = Silhouette::None;

@@ -1,0 +1,218 @@
+//! The controls. What the command line would refuse cannot be reached: see [`switch::fitting`].
+
+use std::fmt::Display;
+
+use egui::{ComboBox, DragValue, Response, Slider, Ui};
+use prism_engine::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+
+use super::{Action, Facts, tips::Tips};
+use crate::app::{surface::SurfaceArgs, window::switch};
+
+/// The flags that have a control.
+#[cfg(test)]
+pub const FLAGS: &[&str] = &[
+    "scene",
+    "stage",
+    "shell",
+    "march",
+    "min-steps",
+    "max-steps",
+    "refine-steps",
+    "dither",
+    "height-scale",
+    "midlevel",
+    "height-lod",
+    "depth-offset",
+    "silhouette",
+    "normals",
+    "lod-fade",
+    "self-shadow",
+    "shadow-map",
+    "shadow-map-size",
+    "cascades",
+    "ambient-occlusion",
+    "msaa",
+    "depth-prepass",
+    "eye",
+];
+
+/// Shows all of them. `surface`: the values of the displaced materials while the pointer moves them.
+pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceArgs, actions: &mut Vec<Action>) {
+    ui.heading(facts.sample[0]).on_hover_text(facts.sample[1]);
+    ui.horizontal_wrapped(|ui| {
+        let mut button = |ui: &mut Ui, text: &str, tip: &str, action: Action| {
+            if ui.button(text).on_hover_text(tip).clicked() {
+                actions.push(action);
+            }
+        };
+        button(ui, "copy as command line", "Copies the prism call that shows what is on screen.", Action::CopyLine);
+        button(ui, "screenshot", "Saves what is seen as a PNG in the current folder.", Action::Screenshot);
+        button(ui, "save view", "Keeps settings and camera in a JSON file in the current folder.", Action::SaveView);
+        button(ui, "load view", "Takes settings and camera from the last such file.", Action::LoadView);
+    });
+    let (scenes, current) = facts.scenes;
+    if scenes.len() > 1 {
+        let mut chosen = current;
+        ComboBox::from_label("scene")
+            .selected_text(scenes[current])
+            .show_ui(ui, |ui| {
+                for (i, name) in scenes.iter().enumerate() {
+                    ui.selectable_value(&mut chosen, i, *name);
+                }
+            })
+            .response
+            .on_hover_text(tips.of("scene"));
+        if chosen != current {
+            actions.push(Action::Scene(chosen));
+        }
+    }
+
+    let mut now = facts.settings.clone();
+    ui.separator();
+    technique(ui, &mut now, tips);
+    ui.separator();
+    if let Some(own) = facts.displaced {
+        displacement(ui, facts, own, tips, surface, actions);
+        ui.separator();
+    }
+    shading(ui, &mut now, tips);
+    ui.separator();
+    ui.horizontal(|ui| {
+        let [x, y, z] = facts.eye;
+        ui.label(format!("eye {x:.2}, {y:.2}, {z:.2}")).on_hover_text(tips.of("eye"));
+        if ui.button("reset").on_hover_text("Goes back to the sample's own camera.").clicked() {
+            actions.push(Action::ResetCamera);
+        }
+    });
+    if now != *facts.settings {
+        actions.push(Action::Settings(now));
+    }
+}
+
+fn technique(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
+    let shelled = |s: &Settings| s.resolved_shell() != Shell::Off;
+    let mut shell = now.shell;
+    choice(ui, "shell", &mut shell, Shell::ALL, |_| true, tips);
+    if shell != now.shell {
+        *now = switch::with_shell(now, shell);
+    }
+    ui.add_enabled_ui(shelled(now), |ui| choice(ui, "stage", &mut now.stage, Stage::ALL, |_| true, tips));
+    let mut march = now.march;
+    let in_shell = shelled(now);
+    choice(ui, "march", &mut march, March::ALL, |march| !in_shell || march.traces(), tips);
+    if march != now.march {
+        *now = switch::with_march(now, march);
+    }
+    ui.add_enabled_ui(now.march.steps(), |ui| {
+        let most = now.max_steps;
+        number(ui, "min-steps", &mut now.min_steps, 1..=most, tips);
+    });
+    ui.add_enabled_ui(now.march.traces() && now.march != March::Exact, |ui| {
+        let least = now.min_steps;
+        number(ui, "max-steps", &mut now.max_steps, least..=256.max(least), tips);
+    });
+    ui.add_enabled_ui(now.march.refines(), |ui| number(ui, "refine-steps", &mut now.refine_steps, 0..=64, tips));
+    ui.add_enabled_ui(now.march.steps(), |ui| tick(ui, "dither", &mut now.dither, tips));
+}
+
+/// Scale, midlevel and LOD of the heights; taken over when the pointer lets go.
+fn displacement(
+    ui: &mut Ui,
+    facts: &Facts<'_>,
+    [scale, midlevel]: [f64; 2],
+    tips: &Tips,
+    surface: &mut SurfaceArgs,
+    actions: &mut Vec<Action>,
+) {
+    let mut done = false;
+    let mut lets_go = |response: Response| done |= response.drag_stopped() || response.lost_focus();
+    let mut value = surface.height_scale.or(facts.surface.height_scale).unwrap_or(scale);
+    let slider =
+        DragValue::new(&mut value).range(0.0..=f64::MAX).speed(0.002 * scale.max(1e-3)).prefix("height-scale ");
+    let response = ui.add(slider).on_hover_text(tips.of("height-scale"));
+    if response.changed() {
+        surface.height_scale = Some(value);
+    }
+    lets_go(response);
+    let mut value = surface.midlevel.or(facts.surface.midlevel).unwrap_or(midlevel);
+    let response = ui.add(Slider::new(&mut value, 0.0..=1.0).text("midlevel")).on_hover_text(tips.of("midlevel"));
+    if response.changed() {
+        surface.midlevel = Some(value);
+    }
+    lets_go(response);
+    let mut value = surface.height_lod.or(facts.surface.height_lod).unwrap_or(0);
+    let response = ui.add(Slider::new(&mut value, 0..=8).text("height-lod")).on_hover_text(tips.of("height-lod"));
+    if response.changed() {
+        surface.height_lod = Some(value);
+    }
+    lets_go(response);
+    if done {
+        let taken = std::mem::take(surface);
+        let own = facts.surface;
+        actions.push(Action::Surface(SurfaceArgs {
+            height_scale: taken.height_scale.or(own.height_scale),
+            midlevel: taken.midlevel.or(own.midlevel),
+            height_lod: taken.height_lod.or(own.height_lod),
+            ..own.clone()
+        }));
+    }
+}
+
+fn shading(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
+    let base_only = now.resolved_shell() == Shell::Off;
+    let traced_base = base_only && now.march.traces();
+    ui.add_enabled_ui(traced_base, |ui| {
+        tick(ui, "depth-offset", &mut now.depth_offset, tips);
+        choice(ui, "silhouette", &mut now.silhouette, Silhouette::ALL, |_| true, tips);
+    });
+    ui.add_enabled_ui(base_only && now.march != March::None, |ui| {
+        choice(ui, "normals", &mut now.normals, Normals::ALL, |_| true, tips);
+        ui.add_enabled_ui(!now.shadow_map, |ui| {
+            let mut fades = now.lod_fade.is_some();
+            tick(ui, "lod-fade", &mut fades, tips);
+            now.lod_fade = fades.then(|| now.lod_fade.unwrap_or(2.0));
+            if let Some(start) = &mut now.lod_fade {
+                ui.add(Slider::new(start, -4.0..=8.0).text("from LOD")).on_hover_text(tips.of("lod-fade"));
+            }
+        });
+    });
+    ui.separator();
+    ui.add_enabled_ui(now.march.traces(), |ui| {
+        choice(ui, "self-shadow", &mut now.self_shadow, SelfShadow::ALL, |_| true, tips);
+    });
+    ui.add_enabled_ui(now.lod_fade.is_none(), |ui| tick(ui, "shadow-map", &mut now.shadow_map, tips));
+    ui.add_enabled_ui(now.shadow_map, |ui| {
+        number(ui, "shadow-map-size", &mut now.shadow_map_size, 64..=4096, tips);
+        number(ui, "cascades", &mut now.cascades, 1..=6, tips);
+    });
+    ui.add_enabled_ui(now.march != March::None, |ui| tick(ui, "ambient-occlusion", &mut now.ambient_occlusion, tips));
+    let mut four = now.msaa == 4;
+    ui.checkbox(&mut four, "msaa 4").on_hover_text(tips.of("msaa"));
+    now.msaa = if four { 4 } else { 1 };
+    choice(ui, "depth-prepass", &mut now.depth_prepass, DepthPrepass::ALL, |_| true, tips);
+    *now = switch::fitting(now.clone());
+}
+
+fn choice<T: Copy + PartialEq + Display>(
+    ui: &mut Ui,
+    flag: &str,
+    value: &mut T,
+    all: &[T],
+    allowed: impl Fn(T) -> bool,
+    tips: &Tips,
+) {
+    let shown = ComboBox::from_label(flag).selected_text(value.to_string()).show_ui(ui, |ui| {
+        for &each in all.iter().filter(|each| allowed(**each)) {
+            ui.selectable_value(value, each, each.to_string());
+        }
+    });
+    shown.response.on_hover_text(tips.of(flag));
+}
+
+fn tick(ui: &mut Ui, flag: &str, value: &mut bool, tips: &Tips) {
+    ui.checkbox(value, flag).on_hover_text(tips.of(flag));
+}
+
+fn number(ui: &mut Ui, flag: &str, value: &mut u32, range: std::ops::RangeInclusive<u32>, tips: &Tips) {
+    ui.add(Slider::new(value, range).text(flag)).on_hover_text(tips.of(flag));
+}
