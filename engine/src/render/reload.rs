@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{Output, Renderer, Variant, graphics_pipeline, variant_shaders};
+use super::{Output, Renderer, Variant, explain, graphics_pipeline, variant_shaders};
 use crate::{
     error::Result,
     gpu::{Context, Pipeline, Shader, ShaderCompiler},
@@ -52,7 +52,11 @@ impl Renderer {
     /// What it takes to make the pipelines of the frame as it is drawn now.
     pub fn recipe(&self) -> Recipe {
         let shaders = |variant: Variant| (variant, self.pipelines[&variant].shaders().to_vec());
-        Recipe { ctx: self.ctx.clone(), output: self.output, used: self.variants().into_iter().map(shaders).collect() }
+        Recipe {
+            ctx: self.ctx.clone(),
+            output: self.output,
+            used: explain::variants(&self.plan).into_iter().map(shaders).collect(),
+        }
     }
 
     /// Draws with these pipelines from the next frame on. Those of other settings are made anew when they are asked for.
@@ -60,7 +64,7 @@ impl Renderer {
     /// # Errors
     /// Where they do not fit what the frame gives them; the old ones then stay.
     pub fn adopt(&mut self, compiler: &ShaderCompiler, rebuilt: Rebuilt) -> Result<()> {
-        let used = self.variants();
+        let used = explain::variants(&self.plan);
         let mut kept: HashMap<Variant, Pipeline> = std::mem::take(&mut self.pipelines);
         let mut old: Vec<(Variant, Pipeline)> = Vec::new();
         for (variant, pipeline) in rebuilt.0 {
