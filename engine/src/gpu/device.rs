@@ -377,7 +377,7 @@ impl Context {
         lock(&self.0.allocator)
     }
 
-    #[cfg(feature = "window")]
+    #[cfg(feature = "panel")]
     pub(super) fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.0.allocator)
     }

@@ -18,7 +18,7 @@ mod feature;
 mod frame;
 mod instance;
 mod memory;
-#[cfg(feature = "window")]
+#[cfg(feature = "panel")]
 mod overlay;
 mod pipeline;
 mod queries;
@@ -44,7 +44,7 @@ pub use frame::{Frame, Frames, run_once};
 pub use memory::{
     Buffer, BufferDesc, Image, ImageDesc, MemoryLocation, Sampler, SamplerDesc, Uploader, format_bytes, full_mip_count,
 };
-#[cfg(feature = "window")]
+#[cfg(feature = "panel")]
 pub use overlay::Overlay;
 pub use pipeline::{Creation, DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};

@@ -415,8 +415,8 @@ impl<'a> Shown<'a> {
         let args = spelled::load(path)?;
         let settings = choices::settings(&args.look, &args.classic, &self.job.sample.settings())?;
         self.displace(args.surface)?;
-        let count_limits = self.job.settings.count_limits;
-        self.drawing.set_settings(&Settings { count_limits, ..settings })?;
+        let Settings { count_limits, still, .. } = self.job.settings;
+        self.drawing.set_settings(&Settings { count_limits, still, ..settings })?;
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &args.camera)?;
         self.drawing.start_at(start);
         self.orbit = Orbit::default();
