@@ -31,6 +31,8 @@ const SPELLINGS: &[Spelling] = &[
     ("--shell", |s| Some(s.shell.to_string())),
     ("--march", |s| Some(s.march.to_string())),
     ("--self-shadow", |s| Some(s.self_shadow.to_string())),
+    ("--shadow-softness", |s| Some(s.shadow_softness.to_string())),
+    ("--shadow-steps", |s| s.shadow_steps.map(|steps| steps.to_string())),
     ("--shadow-map", |s| Some(on_off(s.shadow_map))),
     ("--silhouette", |s| Some(s.silhouette.to_string())),
     ("--stage", |s| Some(s.stage.to_string())),
@@ -195,6 +197,9 @@ mod tests {
                 ..off.clone()
             },
             Settings {
+                self_shadow: SelfShadow::Soft,
+                shadow_softness: 0.125,
+                shadow_steps: Some(8),
                 silhouette: Silhouette::UvBounds,
                 uv_min: Some([-0.5, 0.0]),
                 uv_max: Some([2.0, 1.5]),

@@ -10,7 +10,7 @@ use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
     render::{Output, plan},
-    settings::{Normals, SelfShadow, Settings, Shell, Silhouette, Stage},
+    settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage},
 };
 use winit::{
     dpi::PhysicalSize,
@@ -312,11 +312,14 @@ impl<'a> Shown<'a> {
         let eye = self.moment(self.clock.time()).pose.camera.transform.translation.to_array();
         let memory = self.ctx.memory_report();
         let (names, current) = self.drawing.names();
-        let displaced = self.drawing.loaded().scene.materials.iter().find_map(|material| material.displacement);
+        let scene = &self.drawing.loaded().scene;
+        let marches: Vec<March> = March::ALL.iter().copied().filter(|&march| plan::allows(scene, march)).collect();
+        let displaced = scene.materials.iter().find_map(|material| material.displacement);
         let facts = Facts {
             sample: [self.job.sample.id(), self.job.sample.summary()],
             scenes: (&names, current),
             settings: self.drawing.renderer().settings(),
+            marches: &marches,
             surface: &self.surface,
             displaced: displaced.map(|displacement| [displacement.scale, displacement.midlevel]),
             device: self.ctx.device_name(),

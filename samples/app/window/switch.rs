@@ -91,6 +91,7 @@ pub fn fitting(mut settings: Settings) -> Settings {
     }
     if shelled(&settings) || march == March::None {
         settings.normals = Normals::Gather;
+        settings.lod_fade = None;
     }
     settings.dither &= march.steps();
     settings.ambient_occlusion &= march != March::None;

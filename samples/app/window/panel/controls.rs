@@ -27,6 +27,8 @@ pub const FLAGS: &[&str] = &[
     "normals",
     "lod-fade",
     "self-shadow",
+    "shadow-softness",
+    "shadow-steps",
     "shadow-map",
     "shadow-map-size",
     "cascades",
@@ -69,7 +71,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
 
     let mut now = facts.settings.clone();
     ui.separator();
-    technique(ui, &mut now, tips);
+    technique(ui, &mut now, facts.marches, tips);
     ui.separator();
     if let Some(own) = facts.displaced {
         displacement(ui, facts, own, tips, surface, actions);
@@ -89,7 +91,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
     }
 }
 
-fn technique(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
+fn technique(ui: &mut Ui, now: &mut Settings, marches: &[March], tips: &Tips) {
     let shelled = |s: &Settings| s.resolved_shell() != Shell::Off;
     let mut shell = now.shell;
     choice(ui, "shell", &mut shell, Shell::ALL, |_| true, tips);
@@ -99,7 +101,7 @@ fn technique(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
     ui.add_enabled_ui(shelled(now), |ui| choice(ui, "stage", &mut now.stage, Stage::ALL, |_| true, tips));
     let mut march = now.march;
     let in_shell = shelled(now);
-    choice(ui, "march", &mut march, March::ALL, |march| !in_shell || march.traces(), tips);
+    choice(ui, "march", &mut march, marches, |march| !in_shell || march.traces(), tips);
     if march != now.march {
         *now = switch::with_march(now, march);
     }
@@ -178,7 +180,22 @@ fn shading(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
     });
     ui.separator();
     ui.add_enabled_ui(now.march.traces(), |ui| {
-        choice(ui, "self-shadow", &mut now.self_shadow, SelfShadow::ALL, |_| true, tips);
+        let cones = !base_only && now.march.reads_cones();
+        let allowed = |shadow| shadow != SelfShadow::Soft || !cones;
+        choice(ui, "self-shadow", &mut now.self_shadow, SelfShadow::ALL, allowed, tips);
+    });
+    ui.add_enabled_ui(now.self_shadow == SelfShadow::Soft, |ui| {
+        let softness = Slider::new(&mut now.shadow_softness, 0.0..=1.0).logarithmic(true).text("shadow-softness");
+        ui.add(softness).on_hover_text(tips.of("shadow-softness"));
+    });
+    ui.add_enabled_ui(now.self_shadow != SelfShadow::Off && (base_only || now.march.steps()), |ui| {
+        let mut own = now.shadow_steps.is_some();
+        tick(ui, "shadow-steps", &mut own, tips);
+        now.shadow_steps = own.then(|| now.shadow_steps.unwrap_or(now.max_steps));
+        if let Some(steps) = &mut now.shadow_steps {
+            let most = 256.max(*steps);
+            ui.add(Slider::new(steps, 1..=most).text("at most")).on_hover_text(tips.of("shadow-steps"));
+        }
     });
     ui.add_enabled_ui(now.lod_fade.is_none(), |ui| tick(ui, "shadow-map", &mut now.shadow_map, tips));
     ui.add_enabled_ui(now.shadow_map, |ui| {

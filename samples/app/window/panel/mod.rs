@@ -10,7 +10,7 @@ use egui::{ClippedPrimitive, Color32, Panel as Side, RichText, ScrollArea, Viewp
 use prism_engine::{
     error::Result,
     gpu::{CommandEncoder, Context, Image, Overlay, vk},
-    settings::Settings,
+    settings::{March, Settings},
 };
 use winit::{event::WindowEvent, window::Window};
 
@@ -29,6 +29,8 @@ pub struct Facts<'a> {
     pub scenes: (&'a [&'a str], usize),
     /// In force.
     pub settings: &'a Settings,
+    /// What the scene can be drawn with.
+    pub marches: &'a [March],
     /// In force.
     pub surface: &'a SurfaceArgs,
     /// The displaced materials' own scale and midlevel, where there is one.
