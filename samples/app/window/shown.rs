@@ -177,6 +177,8 @@ impl<'a> Shown<'a> {
         }
         self.take_shaders();
         let laid = self.lay_out()?;
+        // Of a still picture too: what a frame costs is known some frames later.
+        let unmeasured = self.panel.is_open() && self.drawing.latest().is_none();
         let mut frame = self.frames.begin()?;
         let Some(target) = self.swapchain.acquire(&frame, self.size)? else {
             // The window has just changed: its new images come with the next try.
@@ -232,7 +234,7 @@ impl<'a> Shown<'a> {
             for action in laid.actions {
                 self.act(action, &moment, &subject)?;
             }
-            if acted || laid.repaint_after.is_zero() {
+            if acted || laid.repaint_after.is_zero() || unmeasured && !exhibited {
                 return Ok(After::Redraw);
             }
             at = now.checked_add(laid.repaint_after);
