@@ -102,6 +102,13 @@ impl User {
         }
     }
 
+    /// Moves the pointer off every window: to the screen's last pixel.
+    fn point_away(&self) {
+        let [width, height] = self.size(self.root).map(|side| side as i16 - 1);
+        let sent = self.x.xtest_fake_input(MOTION_NOTIFY_EVENT, 0, 0, self.root, width, height, 0);
+        sent.expect("sent").check().expect("the mouse");
+    }
+
     /// A click with the left button at a pixel of the window.
     fn click(&self, window: Window, [x, y]: [i16; 2]) {
         let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
@@ -382,6 +389,8 @@ fn the_panel_is_drawn_and_clicked() {
     let _keyboard = keyboard();
     let user = User::connect();
     let folder = folder();
+    // What the pointer is over looks otherwise.
+    user.point_away();
     let display = env::var_os("DISPLAY").expect("an X server");
     let call = draw("run", "viewer").words("--size 960x720 --shell off --march none").within(folder.path());
     let mut process = call.env("DISPLAY", display).start();
