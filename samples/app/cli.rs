@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{classic::ClassicArgs, surface::SurfaceArgs};
+use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
@@ -241,6 +241,9 @@ pub struct CommonArgs {
     /// The same, of the classic techniques.
     #[command(flatten)]
     pub classic: ClassicArgs,
+    /// What is drawn in a shell's place.
+    #[command(flatten)]
+    pub baseline: BaselineArgs,
     /// What is drawn otherwise than the file says.
     #[command(flatten)]
     pub surface: SurfaceArgs,

@@ -44,7 +44,8 @@ pub struct Job<'a> {
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
 fn settings(args: &CommonArgs, base: &Settings) -> Result<Settings> {
-    Ok(Settings { count_limits: args.session.stats, ..choices::settings(&args.look, &args.classic, base)? })
+    let settings = args.apply_baseline(choices::settings(&args.look, &args.classic, base)?)?;
+    Ok(Settings { count_limits: args.session.stats, ..settings })
 }
 
 impl<'a> Job<'a> {
@@ -54,6 +55,9 @@ impl<'a> Job<'a> {
         let embedded = sample.embedding().is_some();
         if embedded {
             refuse_without_application(&args, sample)?;
+        }
+        if args.common.baseline.is_on() && (embedded || sample.exhibit().is_some()) {
+            return usage(format!("--baseline: {} shows techniques of its own; use `prism run viewer`", sample.id()));
         }
         let walk = match (sample.scene(), args.scene) {
             (Source::Walk(names), chosen) => {

@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod exactness;
+pub mod holes;
 pub mod random;
 pub mod worst;
 
@@ -48,7 +49,7 @@ pub fn shader_folder() -> Option<PathBuf> {
     std::env::var_os("PRISM_SHADERS").map(PathBuf::from)
 }
 
-/// A device that has both stages.
+/// A device that has both stages, and where it can dices baselines.
 pub struct Rig {
     compiler: ShaderCompiler,
     ctx: Context,
@@ -58,7 +59,9 @@ impl Rig {
     /// The first device that serves.
     pub fn new() -> Rig {
         let required = [Feature::MeshShader, Feature::GeometryShader, Feature::FragmentStoresAndAtomics];
-        let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
+        let optional = [Feature::TessellationShader, Feature::TaskShader];
+        let desc =
+            ContextDesc { app: "prism tests", required: &required, optional: &optional, ..ContextDesc::default() };
         let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
         Rig { compiler: render::shader_compiler(shader_folder().as_deref()).expect("a compiler"), ctx }
     }

@@ -8,7 +8,7 @@ use super::shadow;
 use super::variant::{Geometry, Height, Pass, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
-use crate::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{Baseline, DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -87,13 +87,13 @@ impl ShadowPlan {
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
-    settings.baseline.is_none()
-        && settings.resolved_shell() != Shell::Off
-        && scene
-            .instances
-            .iter()
-            .flat_map(|i| &scene.meshes[i.mesh].primitives)
-            .any(|p| prisms::displacement(scene, p).is_some())
+    settings.baseline.is_none() && settings.resolved_shell() != Shell::Off && displaces(scene)
+}
+
+/// Whether anything drawn is displaced.
+pub fn displaces(scene: &Scene) -> bool {
+    let mut primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
+    primitives.any(|p| prisms::displacement(scene, p).is_some())
 }
 
 /// The first material whose heights are a function that a drawn primitive shows.
@@ -124,6 +124,11 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
     }
     if settings.msaa > 1 && settings.baseline.is_some() {
         return Err(Error::Usage("--msaa: a baseline is drawn with one sample a pixel; use --msaa 1".into()));
+    }
+    if let Some(Baseline::Diced { edge, .. }) = settings.baseline
+        && !(edge.is_finite() && edge > 0.0)
+    {
+        return Err(Error::Usage(format!("edges of {edge} pixels: more than 0 are possible")));
     }
     match procedural(scene).filter(|_| settings.march.reads_cones() && settings.baseline.is_none()) {
         None => Ok(()),
@@ -204,12 +209,17 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             mesh.name
         ));
     }
-    for (p, geometry) in shells.into_iter().enumerate() {
+    for (p, mut geometry) in shells.into_iter().enumerate() {
+        // What a baseline does not displace it draws as it is.
+        if settings.baseline.is_some() && !geometry.is_displaced() {
+            geometry = ShellGeometry::default();
+        }
         let primitive = &mesh.primitives[p];
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
-        let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && geometry.is_displaced();
-        let walks = (shell == Shell::Walk && geometry.is_displaced()) || (shell == Shell::Prism && shadows);
+        let traced = settings.baseline.is_none() && geometry.is_displaced();
+        let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && traced;
+        let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && shadows);
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
@@ -265,9 +275,9 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range });
         }
     };
-    let micro_mesh = settings.baseline.is_some() && geometry.shell.is_displaced();
-    if micro_mesh && displacement.is_some() {
-        push(Variant { geometry: Geometry::MicroMesh, ..plain }, 0..prisms);
+    let baseline = settings.baseline.filter(|_| geometry.shell.is_displaced());
+    if let (Some(baseline), Some(d)) = (baseline, &displacement) {
+        push(baseline_variant(baseline, d, plain), 0..prisms);
     } else if prisms > 0 {
         let shown = displacement.filter(|_| geometry.shell.is_displaced());
         let others = geometry.shell.others.len() as u8;
@@ -295,7 +305,8 @@ fn plan_draws(
             push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
         }
     } else {
-        let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
+        let parallax =
+            settings.baseline.is_none() && settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
             self_shadow: h.self_shadow && plain.lights,
             // Surface data are of the whole field.
@@ -304,6 +315,18 @@ fn plan_draws(
         });
         let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
         push(Variant { height, shadowed_lights: shadowed, ..plain }, 0..primitive.triangles.len() as u32);
+    }
+}
+
+/// What draws a displaced primitive as a baseline does. `plain`: its variant without displacement.
+fn baseline_variant(baseline: Baseline, displacement: &Displacement, plain: Variant) -> Variant {
+    match baseline {
+        Baseline::MicroMesh { .. } => Variant { geometry: Geometry::MicroMesh, ..plain },
+        Baseline::Diced { by, culls, .. } => {
+            let unmarched = Settings { march: March::None, ..Settings::default() };
+            let height = Some(height(displacement, &unmarched, true));
+            Variant { geometry: Geometry::Diced { by, culls }, height, ..plain }
+        }
     }
 }
 
@@ -341,7 +364,7 @@ fn plan_depths(settings: &Settings, plan: &mut Plan) {
         DepthPrepass::Off => false,
         DepthPrepass::Auto => several && cheap(draw),
         // A baseline's mesh is culled for one pass.
-        DepthPrepass::On => draw.variant.geometry != Geometry::MicroMesh,
+        DepthPrepass::On => !matches!(draw.variant.geometry, Geometry::MicroMesh | Geometry::Diced { .. }),
     };
     for draw in plan.draws.iter_mut().filter(|draw| first(draw)) {
         draw.depth = Some(draw.variant.for_depth());
