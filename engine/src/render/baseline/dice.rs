@@ -205,9 +205,9 @@ impl Diced {
     /// As `splits_of` in `baseline/dicing.glsl` has it for the edge that needs most; none where all lies outside the
     /// picture.
     fn need(&self, hull: &Hull, sight: &Sight, frame: &Frame, object: &Object, fineness: f32) -> Option<Need> {
-        if !sight.may_show(&hull.points) {
-            // Where nothing is culled it is drawn all the same, but nobody sees how finely.
-            return (!self.dicing.culls).then_some(Need { splits: 1, steps: 1.0 });
+        let shows = sight.may_show(&hull.points);
+        if !shows && self.dicing.culls {
+            return None;
         }
         let near = frame.lens.z;
         let depth = |p: Vec3| object.depth.dot(p.extend(1.0)).max(near);
@@ -220,7 +220,9 @@ impl Diced {
         });
         let steps = most.fold(1.0, f32::max) * ROOM;
         let limit = most_steps(self.dicing.by);
-        let patches = (steps / limit as f32).ceil().min(MOST_SPLITS as f32) as u32;
+        // Where nothing is culled it is drawn all the same, but nobody sees how finely.
+        let most = if shows { MOST_SPLITS } else { 1 };
+        let patches = (steps / limit as f32).ceil().min(most as f32) as u32;
         let splits = patches.max(1).next_power_of_two();
         Some(Need { splits, steps: f64::from(steps.min((splits * limit) as f32)) })
     }
