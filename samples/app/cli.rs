@@ -55,7 +55,7 @@ pub enum Command {
     /// Makes a cone map or a min-max pyramid of a height map, on the GPU
     #[command(after_help = BAKE_AFTER_HELP)]
     Bake(BakeArgs),
-    /// Our fastest setting against the fastest pre-tessellated mesh of the same error, on a torus; a Markdown table
+    /// Our fastest setting against the fastest baseline of the same error, on a torus; a Markdown table
     Bench(BenchArgs),
 }
 

@@ -93,7 +93,7 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
 }
 
 /// What a baseline that dices needs of the device.
-fn dicer_features(by: Dicer) -> &'static [Feature] {
+pub fn dicer_features(by: Dicer) -> &'static [Feature] {
     match by {
         Dicer::Tessellation => &[Feature::TessellationShader],
         Dicer::Mesh => &[Feature::TaskShader, Feature::MeshShader],

@@ -181,28 +181,10 @@ impl Diced {
         let sight = Sight::new(frame, object, true);
         let need = |hull: &Hull| self.need(hull, &sight, frame, object, fineness);
         let needs: Vec<_> = self.hulls.par_iter().map(need).collect();
-        let most = match self.dicing.by {
-            Dicer::Tessellation => MOST_TRIANGLES,
-            Dicer::Mesh => MOST_PATCHES,
-        };
-        let mut runs: Vec<Run> = Vec::new();
-        let mut open = false;
-        for (first, need) in (0..).zip(needs) {
-            if let Some(need) = need {
-                // Of the same splits only: how a triangle is diced is not to depend on what else is drawn.
-                let last = runs.last().filter(|run| open && run.splits == need.splits);
-                let grown = last.map(|run| run.with(need));
-                match grown.filter(|run| run.size(self.dicing.by) <= most) {
-                    Some(grown) => *runs.last_mut().expect("one is open") = grown,
-                    None => runs.push(Run { first, ..Run::default() }.with(need)),
-                }
-            }
-            open = need.is_some();
-        }
-        runs
+        merged(&needs, self.dicing.by)
     }
 
-    /// As `splits_of` in `baseline/dicing.glsl` has it for the edge that needs most; none where all lies outside the
+    /// As `parts_of` in `baseline/dicing.glsl` has it for the edge that needs most; none where all lies outside the
     /// picture.
     fn need(&self, hull: &Hull, sight: &Sight, frame: &Frame, object: &Object, fineness: f32) -> Option<Need> {
         let shows = sight.may_show(&hull.points);
@@ -226,6 +208,28 @@ impl Diced {
         let splits = patches.max(1).next_power_of_two();
         Some(Need { splits, steps: f64::from(steps.min((splits * limit) as f32)) })
     }
+}
+
+/// Neighbouring triangles in one draw each, as long as it does not grow too large.
+fn merged(needs: &[Option<Need>], by: Dicer) -> Vec<Run> {
+    let most = match by {
+        Dicer::Tessellation => MOST_TRIANGLES,
+        Dicer::Mesh => MOST_PATCHES,
+    };
+    let mut runs: Vec<Run> = Vec::new();
+    let mut open = false;
+    for (first, need) in (0..).zip(needs) {
+        if let Some(need) = need {
+            // Of the same splits only: how a triangle is diced is not to depend on what else is drawn.
+            let last = runs.last().filter(|run| open && run.splits == need.splits);
+            match last.map(|run| run.with(*need)).filter(|run| run.size(by) <= most) {
+                Some(grown) => *runs.last_mut().expect("one is open") = grown,
+                None => runs.push(Run { first, ..Run::default() }.with(*need)),
+            }
+        }
+        open = need.is_some();
+    }
+    runs
 }
 
 /// Pixels that a world unit spans, one unit before the eye, or anywhere in an orthographic view.
@@ -291,4 +295,30 @@ fn lean(surface: &Surface, index: u32, levels: [f64; 2]) -> [f64; 2] {
         return unbounded;
     }
     [2.0 * slope * longest * lift / along, (turned + second) / along]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_draw_is_larger_than_the_tessellator_bears_and_none_is_left_out() {
+        // Every third triangle needs two patches an edge, every seventh is not seen.
+        let need = |t: u32| {
+            let splits = if t.is_multiple_of(3) { 2 } else { 1 };
+            (!t.is_multiple_of(7)).then_some(Need { splits, steps: f64::from(30 * splits) })
+        };
+        let needs: Vec<_> = (0..10_000).map(need).chain((0..500).map(|_| need(1))).collect();
+        for by in Dicer::ALL.iter().copied() {
+            let runs = merged(&needs, by);
+            assert!(runs.iter().all(|run| run.size(by) <= MOST_TRIANGLES), "{by}");
+            let drawn: Vec<_> =
+                runs.iter().flat_map(|run| (0..run.triangles).map(|i| (run.first + i, run.splits))).collect();
+            let wanted: Vec<_> = (0..).zip(&needs).filter_map(|(t, need)| Some((t, (*need)?.splits))).collect();
+            assert_eq!(drawn, wanted, "{by}");
+        }
+        let alike: Vec<_> = (0..1000).map(|_| need(1)).collect();
+        let most = merged(&alike, Dicer::Tessellation).iter().map(|run| run.triangles).max();
+        assert!(most > Some(30), "draws are merged: {most:?}");
+    }
 }
