@@ -4,6 +4,7 @@ mod rig;
 
 use glam::{DAffine3, DVec3};
 use prism_engine::{
+    gpu::Feature,
     measure::Metrics,
     scene::{Camera, HeightSource, HeightTexels, Procedure, Scene},
     settings::{Baseline, Culling, Dicer, Settings},
@@ -16,6 +17,11 @@ use rig::{
 };
 
 const SIZE: [u32; 2] = [160, 90];
+
+/// One with the stages that dice.
+fn device() -> Rig {
+    Rig::asking(&[Feature::TessellationShader, Feature::TaskShader, Feature::MeshShader])
+}
 
 fn micro_mesh(density: u32, culling: Culling) -> Settings {
     Settings { baseline: Some(Baseline::MicroMesh { density, culling }), ..Settings::default() }
@@ -39,7 +45,7 @@ fn orders(metrics: &[Metrics], figure: fn(&Metrics) -> f64) -> Vec<f64> {
 
 #[test]
 fn a_micro_mesh_converges_to_the_surface_with_its_density() {
-    let rig = Rig::new();
+    let rig = device();
     let scene = rig::asset("torus.gltf");
     let densities = [8, 16, 32];
     let settings = densities.map(|density| micro_mesh(density, Culling::Clusters));
@@ -60,7 +66,7 @@ fn a_micro_mesh_converges_to_the_surface_with_its_density() {
 
 #[test]
 fn hard_edges_seams_and_folds_leave_a_micro_mesh_whole() {
-    let rig = Rig::new();
+    let rig = device();
     for (name, density) in [("cube", 256), ("suzanne", 48), ("cloth", 48)] {
         let scene = rig::asset(&format!("{name}.gltf"));
         let settings = micro_mesh(density, Culling::Clusters);
@@ -72,7 +78,7 @@ fn hard_edges_seams_and_folds_leave_a_micro_mesh_whole() {
 
 #[test]
 fn culling_leaves_out_nothing_that_is_seen() {
-    let rig = Rig::new();
+    let rig = device();
     let scene = rig::asset("torus.gltf");
     let mut mirrored = scene.clone();
     mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -110,7 +116,7 @@ fn culling_leaves_out_nothing_that_is_seen() {
 
 #[test]
 fn diced_triangles_converge_to_the_surface_with_their_size() {
-    let rig = Rig::new();
+    let rig = device();
     // A function without creases, so that the second order of smooth surfaces shows.
     let mut smooth = rig::asset("torus.gltf");
     smooth.materials.iter_mut().filter_map(|m| m.displacement.as_mut()).for_each(|displacement| {
@@ -140,7 +146,7 @@ const VIEWS: u64 = 4;
 
 #[test]
 fn diced_triangles_leave_no_crack() {
-    let rig = Rig::new();
+    let rig = device();
     // Hard edges and UV seams under a constant height; and detail that any point out of place would open.
     for (name, scene) in [("cube", flat("cube")), ("suzanne", flat("suzanne")), ("torus", rig::asset("torus.gltf"))] {
         let reference = Reference::new(&scene);
@@ -163,7 +169,7 @@ fn diced_triangles_leave_no_crack() {
 
 #[test]
 fn what_a_micro_mesh_cannot_carry_is_told() {
-    let rig = Rig::new();
+    let rig = device();
     let scene = rig::asset("torus.gltf");
     for density in [0, 257] {
         let error =

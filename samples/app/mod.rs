@@ -11,6 +11,7 @@ pub mod cli;
 pub mod console;
 mod devices;
 mod drawing;
+mod explain;
 mod exr;
 pub mod files;
 pub mod grid;
@@ -21,6 +22,7 @@ mod load;
 pub mod offscreen;
 pub mod picture;
 mod png;
+mod probe;
 pub mod sample;
 mod stats;
 mod still;
@@ -72,7 +74,12 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)
         }
+        Command::Explain(args) => {
+            let still = Still(args.what.clone());
+            explain::run(&args, &Job::explain(&args, samples, &still)?)
+        }
         Command::Bake(args) => bake::run(&args),
+        Command::Probe(args) => probe::run(&args),
         Command::Bench(args) => crate::bench::run(&args),
     }
 }
