@@ -92,7 +92,7 @@ impl<'a> Judge<'a> {
     pub fn diced(&self, device: &mut Device, by: Dicer, errors: &[f64]) -> Result<Vec<Option<Judged>>> {
         // One renderer for all: their length is no part of the shaders, which take long to compile.
         let mut renderer = device.measuring(self.scene, &variants::diced(by, FIRST_EDGE).settings)?;
-        let mut of = |edge: f32| {
+        let mut of = |edge: f32| -> Result<Judged> {
             let variant = variants::diced(by, edge);
             let aov = device.surface_with(&mut renderer, &variant.settings, &self.camera)?;
             Ok(Judged { variant, metrics: Metrics::between(&aov, &self.truth, &self.camera) })

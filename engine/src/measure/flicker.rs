@@ -43,7 +43,7 @@ impl Flicker {
         let size = |aov: &Aov| [aov.width, aov.height];
         let sizes = [before.test, before.reference, after.test, after.reference].map(size);
         assert!(sizes.iter().all(|other| *other == sizes[0]), "frames of one size");
-        let (mut points, mut vanished, mut changes) = (0, 0, Vec::new());
+        let (mut points, mut vanished, mut changes) = (0usize, 0, Vec::new());
         for i in (0..after.reference.depth.len()).filter(|i| after.reference.depth[*i].is_finite()) {
             let Some(j) = shown(before, glam::Vec3::from(after.reference.position[i]).as_dvec3()) else { continue };
             points += 1;
