@@ -4,7 +4,7 @@ mod rig;
 
 use glam::DVec3;
 use prism_engine::{
-    scene::{Camera, HeightTexels, Primitive, Scene},
+    scene::{Camera, Primitive, Scene},
     settings::{Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
