@@ -678,7 +678,9 @@ mod tests {
         for command in Cli::command().get_subcommands() {
             for option in command.get_opts() {
                 let help = option.get_long_help().or(option.get_help()).map(ToString::to_string).unwrap_or_default();
-                let told = help.contains("default") || !option.get_default_values().is_empty();
+                // What has to be given has none.
+                let told =
+                    option.is_required_set() || help.contains("default") || !option.get_default_values().is_empty();
                 assert!(told, "prism {} --{}: no default in the help", command.get_name(), option.get_id());
             }
         }
