@@ -5,7 +5,9 @@
 
 pub mod exactness;
 pub mod holes;
+pub mod lights;
 pub mod random;
+pub mod record;
 pub mod worst;
 
 use std::{
