@@ -3,6 +3,7 @@
 mod animation;
 pub mod assets;
 mod bake;
+mod baseline;
 mod camera;
 mod choices;
 mod classic;
