@@ -68,7 +68,11 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
     match command {
         Command::List => devices::list_samples(samples),
         Command::Devices => devices::list(),
-        Command::Run(args) => draw(&Job::run(args, samples)?),
+        Command::Run(args) => {
+            let sample = job::find(&args.sample, samples)?;
+            let sample = args.tilt.map_or(Ok(sample), |degrees| job::tilted(sample, degrees))?;
+            draw(&Job::run(args, sample)?)
+        }
         Command::Render(args) => {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)

@@ -31,6 +31,9 @@ layout(location = 1) PER_SAMPLE in float in_level;
 void main() {
     Object object = objects.item[draw.object];
     vec2 ndc = pixel_ndc(ray_point());
+#ifdef LOD_FADE
+    fade_heights(object, ndc);
+#endif
     WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);
