@@ -50,8 +50,10 @@ fn settings(args: &CommonArgs, sample: &dyn Sample) -> Result<Settings> {
 }
 
 impl<'a> Job<'a> {
-    /// `prism run`, of the sample that `args` name.
-    pub fn run(args: RunArgs, sample: &'a dyn Sample) -> Result<Job<'a>> {
+    /// `prism run`.
+    pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
+        let sample = find(&args.sample, samples)?;
+        let sample = args.tilt.map_or(Ok(sample), |degrees| tilted(sample, degrees))?;
         let embedded = sample.embedding().is_some();
         if embedded {
             refuse_without_application(&args, sample)?;
@@ -176,14 +178,14 @@ fn refuse_without_application(args: &RunArgs, sample: &dyn Sample) -> Result<()>
 }
 
 /// The sample with its wall at this tilt.
-pub fn tilted(sample: &dyn Sample, degrees: f32) -> Result<&'static dyn Sample> {
+fn tilted(sample: &dyn Sample, degrees: f32) -> Result<&'static dyn Sample> {
     sample.tilted(f64::from(degrees)).ok_or_else(|| {
         Error::Usage(format!("--tilt: {} has no wall to tilt; use `prism run procedural`, or --eye", sample.id()))
     })
 }
 
 /// The named sample.
-pub fn find<'a>(id: &str, samples: &[&'a dyn Sample]) -> Result<&'a dyn Sample> {
+fn find<'a>(id: &str, samples: &[&'a dyn Sample]) -> Result<&'a dyn Sample> {
     samples.iter().copied().find(|sample| sample.id() == id).ok_or_else(|| {
         let ids: Vec<&str> = samples.iter().map(|sample| sample.id()).collect();
         let file = Path::new(id).extension().is_some();
@@ -242,13 +244,7 @@ mod tests {
     fn job(line: &str) -> Result<Job<'static>> {
         let words = std::iter::once("prism").chain(line.split_whitespace());
         match Cli::try_parse_from(words).expect(line).command {
-            Command::Run(args) => {
-                let sample = find(&args.sample, &[&Own, &crate::viewer::Viewer])?;
-                if let Some(degrees) = args.tilt {
-                    tilted(sample, degrees)?;
-                }
-                Job::run(args, sample)
-            }
+            Command::Run(args) => Job::run(args, &[&Own, &crate::viewer::Viewer]),
             Command::Render(args) => {
                 let still = Box::leak(Box::new(Still(args.scene.clone())));
                 Job::render(args, still)

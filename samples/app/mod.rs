@@ -68,11 +68,7 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
     match command {
         Command::List => devices::list_samples(samples),
         Command::Devices => devices::list(),
-        Command::Run(args) => {
-            let sample = job::find(&args.sample, samples)?;
-            let sample = args.tilt.map_or(Ok(sample), |degrees| job::tilted(sample, degrees))?;
-            draw(&Job::run(args, sample)?)
-        }
+        Command::Run(args) => draw(&Job::run(args, samples)?),
         Command::Render(args) => {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)

@@ -5,6 +5,7 @@
 
 pub mod exactness;
 pub mod random;
+pub mod table;
 pub mod worst;
 
 use std::{
