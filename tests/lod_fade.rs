@@ -57,7 +57,8 @@ fn fades(rig: &Rig, scene: &Scene, settings: &Settings) {
     changes.iter_mut().for_each(|changes| changes.sort_unstable());
     let [with, without] = changes.map(|changes| *changes.last().expect("steps"));
 
-    // Nor does it jump where one way to draw gives over to another: there the camera hardly moves.
+    // Nor does it jump where one way to draw gives over to another, where the camera hardly moves: but for pixels at an
+    // edge, whose centre the rasteriser's grid puts on its other side.
     let jumps = [(&mut whole, 8.0, 1.2), (&mut plain, 0.4, 2.4)].map(|(other, mut same, mut differs)| {
         for _ in 0..24 {
             let middle = camera(scene, 0.5 * (same + differs));
@@ -67,11 +68,15 @@ fn fades(rig: &Rig, scene: &Scene, settings: &Settings) {
                 differs = 0.5 * (same + differs);
             }
         }
-        change(&faded.picture(&camera(scene, same)), &faded.picture(&camera(scene, differs)))
+        let [before, after] = [same, differs].map(|pixels| faded.picture(&camera(scene, pixels)));
+        let pixels = before.chunks_exact(4).zip(after.chunks_exact(4));
+        pixels.filter(|(a, b)| change(a, b) > 6).count()
     });
-    println!("{label}: from step to step {with} with the fade, {without} without; {jumps:?} at the switches");
+    println!(
+        "{label}: from step to step {with} with the fade, {without} without; {jumps:?} pixels jump at the switches"
+    );
     assert!(with <= without.saturating_add(4), "{label}: it pops: {with} beside {without}");
-    assert!(jumps.iter().all(|jump| *jump <= 6), "{label}: it jumps by {jumps:?}");
+    assert!(jumps.iter().all(|jump| *jump <= 2), "{label}: {jumps:?} pixels jump");
 }
 
 #[test]
