@@ -8,6 +8,7 @@ mod integration;
 mod photo;
 mod prism_shell;
 mod procedural;
+mod self_shadow;
 mod shadows;
 mod silhouette;
 mod stability;
@@ -22,6 +23,7 @@ fn main() -> std::process::ExitCode {
         &stability::Stability,
         &cloth::Cloth,
         &shadows::Shadows,
+        &self_shadow::SelfShadows,
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,

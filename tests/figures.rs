@@ -6,7 +6,7 @@
 
 mod rig;
 
-use std::fmt::Write as _;
+use std::{fmt::Write as _, fs};
 
 use prism_engine::{
     measure::Metrics,
@@ -16,7 +16,7 @@ use prism_engine::{
 use rig::{
     Rig, SHELLS, STAGES,
     exactness::{self, ABOVE_1, COVERAGE, DEPTH_P99, SCENES},
-    table,
+    record,
 };
 
 /// Cells that miss a figure for now: scene, figure, why. They are measured and shown like the others, as missed.
@@ -151,17 +151,17 @@ fn write_table(device: &str, cells: &[Cell]) {
          Against the f64 reference, at the same pixel centres. To be reached in every cell: depth p99 ≤ {DEPTH_P99} pixel \
          footprints, share above 1 footprint ≤ {ABOVE_1}, coverage differs on ≤ {COVERAGE} of the covered pixels, no NaN, \
          no loop that reached its limit, the same bytes when drawn again. {} cells, {missed} missed.\n\n{HEADER}\n{}\n",
-        table::date(),
+        record::date(),
         cells.len(),
         rows.join("\n")
     );
     for (scene, figure, why) in EXPECTED_MISSES {
         let _ = writeln!(text, "\n{scene}, {figure}: {why}");
     }
-    table::write("", device, &text);
+    fs::write(record::path(&format!("{}.md", record::device_name(device))), text).expect("the table");
 }
 
 #[test]
 fn dates_are_those_of_the_calendar() {
-    assert_eq!([0, 59, 11_016, 20_779].map(table::civil), ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-22"]);
+    assert_eq!([0, 59, 11_016, 20_779].map(record::civil), ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-22"]);
 }

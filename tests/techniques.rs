@@ -2,6 +2,8 @@
 
 mod rig;
 
+use std::fs;
+
 use prism_engine::{
     aov::Aov,
     measure::Metrics,
@@ -9,7 +11,7 @@ use prism_engine::{
     settings::{March, Settings, Shell, Silhouette, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, SHELLS, asset, table};
+use rig::{Rig, SHELLS, asset, record};
 
 /// Few enough that each search's own error shows.
 const STEPS: u32 = 12;
@@ -158,12 +160,13 @@ fn the_table_of_techniques() {
          its last hundredth is ridges between two of the steps, the same for all that take them. In a shell 99 % of the \
          pixels fall so. Contact and secant are as good as each other.\n\n{}\n{}\n{}",
         rig.device(),
-        table::date(),
+        record::date(),
         section("A flat floor, its base surface", &floor),
         section("A torus, `--shell prism`", &shells[0]),
         section("A torus, `--shell walk`", &shells[1])
     );
-    table::write("techniques-", &rig.device(), &text);
+    let name = format!("techniques-{}.md", record::device_name(&rig.device()));
+    fs::write(record::path(&name), text).expect("the table");
     judge_floor(&floor);
     shells.iter().for_each(|rows| judge_shell(rows));
 }

@@ -4,8 +4,9 @@
 #![allow(dead_code)]
 
 pub mod exactness;
+pub mod lights;
 pub mod random;
-pub mod table;
+pub mod record;
 pub mod worst;
 
 use std::{

@@ -1,17 +1,21 @@
-//! Tables of figures, written beside the tests with the device and the date.
+//! Tables and pictures kept in `tests/figures/`, by device and date.
 
 use std::{
     fs,
-    path::Path,
+    path::{Path, PathBuf},
     time::{Duration, SystemTime},
 };
 
-/// Writes `tests/figures/PREFIXDEVICE.md`.
-pub fn write(prefix: &str, device: &str, text: &str) {
-    let name = if device.contains("llvmpipe") { "lavapipe".to_owned() } else { slug(device) };
+/// `tests/figures/NAME`, in a folder that stands.
+pub fn path(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/figures");
     fs::create_dir_all(&folder).expect("the folder of tables");
-    fs::write(folder.join(format!("{prefix}{name}.md")), text).expect("the table");
+    folder.join(name)
+}
+
+/// A device's name in that of a file.
+pub fn device_name(device: &str) -> String {
+    if device.contains("llvmpipe") { "lavapipe".to_owned() } else { slug(device) }
 }
 
 /// Letters and digits, the rest as single dashes.
