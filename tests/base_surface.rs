@@ -23,8 +23,9 @@ fn render(scene: &Path, flags: &str) -> Aov {
     Frame::read(&folder.path().join("frame.exr")).aov()
 }
 
-/// An eye that sees the sheet's front.
+/// Eyes that see the sheet's front and its back.
 const FRONT: [f64; 3] = [0.8, -1.6, 1.9];
+const BACK: [f64; 3] = [0.8, -1.6, -1.9];
 
 /// u runs outward on both sides of x = 0, mirrored, and both coordinates lean: u = 0.7 |x| + 0.3 y, v = -0.8 y.
 fn mirrored_sheet(eye: [f64; 3]) -> Gltf {
@@ -58,8 +59,15 @@ fn mirrored_sheet(eye: [f64; 3]) -> Gltf {
 /// Where the sheet is flat the tangent plane's ray is the true one, if handedness, lengths and shear are right.
 #[test]
 fn frames_are_right_on_mirrored_and_sheared_coordinates() {
+    for (seen, eye) in [("front", FRONT), ("back", BACK)] {
+        frames_are_right(seen, eye);
+    }
+}
+
+#[track_caller]
+fn frames_are_right(seen: &str, eye: [f64; 3]) {
     let folder = folder();
-    let path = mirrored_sheet(FRONT).write(folder.path());
+    let path = mirrored_sheet(eye).write(folder.path());
     let loaded = scene::load(&path).expect("a scene");
     let camera = loaded.camera.expect("a camera");
     let truth = Reference::new(&loaded).render(&camera, 160, 120, Shadows::Skip);
@@ -79,12 +87,12 @@ fn frames_are_right_on_mirrored_and_sheared_coordinates() {
         }
         let m = Metrics::between(&test, &truth, &camera);
         println!(
-            "{tangents}: {sides:?} pixels, depth p99 {:.1e} footprints, normals p99 {:.1e}°",
+            "{seen}, {tangents}: {sides:?} pixels, depth p99 {:.1e} footprints, normals p99 {:.1e}°",
             m.depth_p99, m.normal_p99
         );
-        assert!(sides.iter().all(|side| *side > 1000), "{tangents}: {sides:?}");
-        assert!(m.depth_p99 < 1e-3 && m.normal_p99 < 0.1, "{tangents}: {m:?}");
-        assert_eq!(m.coverage_differs, 0.0, "{tangents}");
+        assert!(sides.iter().all(|side| *side > 1000), "{seen}, {tangents}: {sides:?}");
+        assert!(m.depth_p99 < 1e-3 && m.normal_p99 < 0.1, "{seen}, {tangents}: {m:?}");
+        assert_eq!(m.coverage_differs, 0.0, "{seen}, {tangents}");
     }
 }
 
@@ -215,13 +223,15 @@ fn each_pixel_reads_heights_at_its_own_lod() {
     assert!(off < 0.6 * from_first, "{off} {from_first}");
 }
 
-/// Near enough that a texel spans pixels the map itself is read; two shaders of the same operations may round apart.
+/// Near enough that a texel spans pixels the map itself is read. Two shaders of the same operations round apart: on
+/// lavapipe by 2 ulp of the depth at most, in a tenth of the pixels. A blend with mip 1 would be thousands off.
 #[test]
 fn near_by_the_map_itself_is_read() {
     let view = "--size 192x144 --eye 0,0.2,0.05 --target 0,0,0 --shell off --march relief";
     let [auto, fixed] = ["auto", "0"].map(|lod| render(&asset("plane.gltf"), &format!("{view} --height-lod {lod}")));
     let covered = auto.depth.iter().filter(|depth| depth.is_finite()).count();
-    let differ = (0..auto.depth.len()).filter(|&i| (auto.depth[i] - fixed.depth[i]).abs() > 1e-5);
-    let differ = differ.count();
-    assert!(covered > 20_000 && differ == 0, "{covered} covered, {differ} differ");
+    let apart = |i: usize| (auto.depth[i] - fixed.depth[i]).abs() / fixed.depth[i];
+    let worst = (0..auto.depth.len()).filter(|&i| fixed.depth[i].is_finite()).map(apart).fold(0.0, f32::max);
+    println!("{covered} covered, {:.1} ulp apart at most", worst / f32::EPSILON);
+    assert!(covered > 20_000 && worst <= 8.0 * f32::EPSILON, "{covered} covered, {worst:e} apart");
 }
