@@ -224,7 +224,7 @@ fn each_pixel_reads_heights_at_its_own_lod() {
 }
 
 /// Near enough that a texel spans pixels the map itself is read. Two shaders of the same operations round apart: on
-/// lavapipe by 2 ulp of the depth at most, in a tenth of the pixels. A blend with mip 1 would be thousands off.
+/// lavapipe by 2 ulp of the depth at most, in a tenth of the pixels.
 #[test]
 fn near_by_the_map_itself_is_read() {
     let view = "--size 192x144 --eye 0,0.2,0.05 --target 0,0,0 --shell off --march relief";

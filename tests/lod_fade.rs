@@ -61,7 +61,7 @@ fn fades(rig: &Rig, scene: &Scene, settings: &Settings) {
     // at an edge, whose centre the rasteriser's grid puts on its other side. Such a one changes no more than from there to
     // the pixel beside it.
     let jumps = [(&mut whole, 8.0, 1.2), (&mut plain, 0.4, 2.4)].map(|(other, mut same, mut differs)| {
-        for _ in 0..16 {
+        for _ in 0..24 {
             let middle = camera(scene, 0.5 * (same + differs));
             if faded.picture(&middle) == other.picture(&middle) {
                 same = 0.5 * (same + differs);
