@@ -8,7 +8,7 @@ use prism_engine::{
     gpu::{Context, ContextDesc, Feature, Frames, PassTimers, ShaderCompiler},
     render::{self, Output, Renderer},
     scene::{Camera, Scene},
-    settings::Settings,
+    settings::{Dicer, Settings},
 };
 
 use crate::app::{cli::BenchArgs, offscreen, offscreen::Offscreen};
@@ -33,7 +33,7 @@ impl Device {
             app: "prism bench",
             validation: args.device.validation,
             selector: args.device.gpu.as_deref(),
-            optional: &[Feature::MeshShader, Feature::GeometryShader],
+            optional: &[Feature::MeshShader, Feature::TaskShader, Feature::GeometryShader, Feature::TessellationShader],
             ..ContextDesc::default()
         };
         let ctx = Context::new(&desc)?;
@@ -45,6 +45,12 @@ impl Device {
             compiler: render::shader_compiler(args.device.shader_dir.as_deref())?,
             ctx,
         })
+    }
+
+    /// The stages that can dice here.
+    pub fn dicers(&self) -> Vec<Dicer> {
+        let has = |by: &Dicer| render::dicer_features(*by).iter().all(|feature| self.ctx.has(*feature));
+        Dicer::ALL.iter().copied().filter(has).collect()
     }
 
     /// A renderer for timing: it writes the picture and nothing else.
@@ -75,9 +81,21 @@ impl Device {
 
     /// One frame's surface data.
     pub fn surface(&mut self, scene: &Scene, settings: &Settings, camera: &Camera) -> Result<Aov> {
-        let output = Output { color_format: offscreen::FORMAT, aov: true };
-        let mut renderer = Renderer::new(&self.ctx, &self.compiler, scene, settings, output)?;
+        let mut renderer = self.measuring(scene, settings)?;
         self.draw(&mut renderer, camera, false)?;
+        renderer.read_aov()
+    }
+
+    /// A renderer for surface data.
+    pub fn measuring(&self, scene: &Scene, settings: &Settings) -> Result<Renderer> {
+        let output = Output { color_format: offscreen::FORMAT, aov: true };
+        Renderer::new(&self.ctx, &self.compiler, scene, settings, output)
+    }
+
+    /// Surface data of one frame under other settings.
+    pub fn surface_with(&mut self, renderer: &mut Renderer, settings: &Settings, camera: &Camera) -> Result<Aov> {
+        renderer.set_settings(&self.compiler, settings)?;
+        self.draw(renderer, camera, false)?;
         renderer.read_aov()
     }
 

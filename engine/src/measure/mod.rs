@@ -1,5 +1,7 @@
 //! How far one frame is from another: metrics between two [`Aov`] sets of the same camera (DESIGN section 8).
 
+pub mod flicker;
+
 use crate::{
     aov::Aov,
     scene::{Camera, Projection},
