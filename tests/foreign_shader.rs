@@ -111,7 +111,8 @@ void main() {
     mat3x2 frame = frame_jacobian(up, theirs[2], theirs[3].x);
     PlaneMarch march = PlaneMarch(0.1, 0.5, -0.05, 0.05, 4, 40, 5, 16, 0.01, theirs[3].y);
     PlaneHit hit = plane_trace(march, plane_ray(theirs[0].xy, frame, theirs[0].xyz, up, 1e-3));
-    float lit = plane_lit(march, hit, plane_ray(hit.uv, frame, up + theirs[2].xyz, up, 1e-3));
+    PlaneRay way = plane_ray(hit.uv, frame, up + theirs[2].xyz, up, 1e-3);
+    float lit = plane_lit(march, hit, way, plane_steps(march, way.cosine));
     painted = vec4(shading_gradient(hit.uv, 0.0), hit.t, lit);
 }
 ";
