@@ -27,7 +27,7 @@ fn main() -> std::process::ExitCode {
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,
-        &procedural::Wall,
+        &procedural::Wall::SWINGING,
         &photo::Photographs,
         &terrain::Terrain,
         &integration::Integration,

@@ -51,6 +51,8 @@ const SPELLINGS: &[Spelling] = &[
     ("--horizon-falloff", |s| Some(s.horizon.falloff.to_string())),
     ("--uv-min", |s| s.uv_min.map(|p| list(&p))),
     ("--uv-max", |s| s.uv_max.map(|p| list(&p))),
+    ("--tangents", |s| Some(s.tangents.to_string())),
+    ("--occlusion-light", |s| Some(s.occlusion_light.to_string())),
     ("--ambient-occlusion", |s| Some(on_off(s.ambient_occlusion))),
     ("--shadow-map-size", |s| Some(s.shadow_map_size.to_string())),
     ("--cascades", |s| Some(s.cascades.to_string())),
@@ -93,6 +95,9 @@ pub fn surface(args: &SurfaceArgs) -> Vec<String> {
         ("--midlevel", args.midlevel.map(|level| level.to_string())),
         ("--wrap", args.wrap.map(|wrap| wrap.name().to_owned())),
         ("--height-lod", args.height_lod.map(|lod| lod.to_string())),
+        ("--height-format", args.height_format.map(|format| format.name().to_owned())),
+        ("--roughness-channel", args.roughness_channel.map(|channel| channel.name().to_owned())),
+        ("--metallic-channel", args.metallic_channel.map(|channel| channel.name().to_owned())),
     ];
     flags.into_iter().filter_map(|(flag, word)| Some([flag.to_owned(), word?])).flatten().collect()
 }
@@ -159,7 +164,7 @@ pub fn load(path: &Path) -> Result<CommonArgs> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::{camera as start, testing::empty_scene};
+    use crate::app::{camera as start, surface::HeightLod, testing::empty_scene};
     use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage};
 
     fn again(words: &[String], base: &Settings) -> Settings {
@@ -241,7 +246,7 @@ mod tests {
             height_scale: Some(0.1),
             relative: Some(false),
             midlevel: Some(-1.0),
-            height_lod: Some(2),
+            height_lod: Some(HeightLod::Mip(2)),
             ..SurfaceArgs::default()
         };
         let eye = Some(DVec3::new(1.5, 0.1, 4.0));

@@ -41,7 +41,7 @@ use crate::app::{
     png,
     sample::{Drawn, Moment, Pose, Source},
     spelled,
-    surface::SurfaceArgs,
+    surface::{HeightLod, SurfaceArgs},
 };
 
 /// Two: the CPU records one frame while the GPU runs the other; more would only add delay to the mouse.
@@ -384,6 +384,9 @@ impl<'a> Shown<'a> {
         let replaced = load::again(self.job, &surface).and_then(|scenes| self.drawing.replace(scenes));
         match replaced {
             Ok(()) => {
+                let pixel_lod = surface.height_lod == Some(HeightLod::Auto);
+                let settings = self.drawing.renderer().settings().clone();
+                self.switch(switch::fitting(Settings { pixel_lod, ..settings }));
                 self.surface = surface;
                 self.gallery = self.job.sample.exhibit().map(Gallery::new);
             }
@@ -397,7 +400,10 @@ impl<'a> Shown<'a> {
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &CameraArgs::default());
         let now = self.orbit.apply(&self.drawing.loaded().start);
         let mut words = spelled::settings(self.drawing.renderer().settings(), &self.job.sample.settings());
-        words.extend(spelled::surface(&self.surface));
+        // A key may have left the LOD of each pixel without a meaning.
+        let per_pixel = self.drawing.renderer().settings().pixel_lod;
+        let height_lod = self.surface.height_lod.filter(|lod| *lod != HeightLod::Auto || per_pixel);
+        words.extend(spelled::surface(&SurfaceArgs { height_lod, ..self.surface.clone() }));
         words.extend(start.map(|start| spelled::camera(&now, &start)).unwrap_or_default());
         words
     }
@@ -418,7 +424,8 @@ impl<'a> Shown<'a> {
     /// Shows what a file keeps.
     fn load_view(&mut self, path: &Path) -> Result<()> {
         let args = spelled::load(path)?;
-        let settings = choices::settings(&args.look, &args.classic, &self.job.sample.settings())?;
+        let mut settings = choices::settings(&args.look, &args.classic, &self.job.sample.settings())?;
+        args.surface.apply(&mut settings)?;
         self.displace(args.surface)?;
         let Settings { count_limits, still, .. } = self.job.settings;
         self.drawing.set_settings(&Settings { count_limits, still, ..settings })?;

@@ -2,7 +2,7 @@
 //! refuse is out of every key's reach: what no longer fits falls back to the default, and a key that fits nothing does
 //! nothing.
 
-use prism_engine::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use prism_engine::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents};
 
 /// The same settings with the shell switched on or off: the march follows where it must.
 pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
@@ -91,8 +91,12 @@ pub fn fitting(mut settings: Settings) -> Settings {
     }
     if shelled(&settings) || march == March::None {
         settings.normals = Normals::Gather;
+        settings.tangents = Tangents::Auto;
+    }
+    if march == March::None {
         settings.lod_fade = None;
     }
+    settings.pixel_lod &= !shelled(&settings) && march.reads_lods();
     settings.dither &= march.steps();
     settings.ambient_occlusion &= march != March::None;
     settings

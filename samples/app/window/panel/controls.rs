@@ -3,10 +3,13 @@
 use std::fmt::Display;
 
 use egui::{ComboBox, DragValue, Response, Slider, Ui};
-use prism_engine::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use prism_engine::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents};
 
 use super::{Action, Facts, tips::Tips};
-use crate::app::{surface::SurfaceArgs, window::switch};
+use crate::app::{
+    surface::{HeightLod, SurfaceArgs},
+    window::switch,
+};
 
 /// The flags that have a control.
 #[cfg(test)]
@@ -25,6 +28,7 @@ pub const FLAGS: &[&str] = &[
     "depth-offset",
     "silhouette",
     "normals",
+    "tangents",
     "lod-fade",
     "self-shadow",
     "shadow-softness",
@@ -142,10 +146,13 @@ fn displacement(
         surface.midlevel = Some(value);
     }
     lets_go(response);
-    let mut value = surface.height_lod.or(facts.surface.height_lod).unwrap_or(0);
+    let mut value = match surface.height_lod.or(facts.surface.height_lod) {
+        Some(HeightLod::Mip(mip)) => mip,
+        Some(HeightLod::Auto) | None => 0,
+    };
     let response = ui.add(Slider::new(&mut value, 0..=8).text("height-lod")).on_hover_text(tips.of("height-lod"));
     if response.changed() {
-        surface.height_lod = Some(value);
+        surface.height_lod = Some(HeightLod::Mip(value));
     }
     lets_go(response);
     if done {
@@ -167,8 +174,11 @@ fn shading(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
         tick(ui, "depth-offset", &mut now.depth_offset, tips);
         choice(ui, "silhouette", &mut now.silhouette, Silhouette::ALL, |_| true, tips);
     });
-    ui.add_enabled_ui(base_only && now.march != March::None, |ui| {
-        choice(ui, "normals", &mut now.normals, Normals::ALL, |_| true, tips);
+    ui.add_enabled_ui(now.march != March::None, |ui| {
+        ui.add_enabled_ui(base_only, |ui| {
+            choice(ui, "normals", &mut now.normals, Normals::ALL, |_| true, tips);
+            choice(ui, "tangents", &mut now.tangents, Tangents::ALL, |_| true, tips);
+        });
         ui.add_enabled_ui(!now.shadow_map, |ui| {
             let mut fades = now.lod_fade.is_some();
             tick(ui, "lod-fade", &mut fades, tips);
