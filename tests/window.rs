@@ -158,8 +158,12 @@ fn keyboard() -> MutexGuard<'static, ()> {
 
 /// `prism run SAMPLE` in a window of 320 × 240.
 fn open(sample: &str, flags: &str) -> Running {
+    open_sized(sample, [320, 240], flags)
+}
+
+fn open_sized(sample: &str, [width, height]: [u16; 2], flags: &str) -> Running {
     let display = env::var_os("DISPLAY").expect("an X server");
-    let call = draw("run", sample).words("--size 320x240").words(flags).env("DISPLAY", display);
+    let call = draw("run", sample).words(&format!("--size {width}x{height}")).words(flags).env("DISPLAY", display);
     call.start()
 }
 
@@ -335,9 +339,10 @@ fn a_shader_edited_meanwhile_is_drawn_with_as_soon_as_it_compiles() {
     let folder = folder();
     let dir = shaders(folder.path());
     let flags = format!("--shell off --march none --shader-dir {}", dir.display());
-    let mut process = open("viewer", &flags);
+    // Room for a message of many lines in the lower half.
+    let size = [640, 480];
+    let mut process = open_sized("viewer", size, &flags);
     let window = user.window_of(&mut process);
-    let size = [320, 240];
     let original = headless("viewer", size, &flags);
     shows(&user, window, &mut process, &original);
 
@@ -351,12 +356,12 @@ fn a_shader_edited_meanwhile_is_drawn_with_as_soon_as_it_compiles() {
     assert!(difference(&original, &edited) > 0.02, "the edit shows: {}", difference(&original, &edited));
     shows(&user, window, &mut process, &edited);
 
-    // A broken one: the picture stays, and the message, which fills most of so small a window, says where.
+    // A broken one: the picture stays, and over its lower edge the message says where.
     fs::write(&file, red.replace("out_color.rrr", "no_such_name")).expect("an edit");
     let upper = |picture: &Picture| Picture {
         width: picture.width,
-        height: picture.height / 4,
-        pixels: picture.pixels[..picture.pixels.len() / 4].to_vec(),
+        height: picture.height / 2,
+        pixels: picture.pixels[..picture.pixels.len() / 2].to_vec(),
     };
     // Both at once: a message just come may still be taking its size.
     wait("the message under the picture", &mut process, || {
