@@ -19,7 +19,7 @@ mod job;
 mod load;
 pub mod offscreen;
 pub mod picture;
-mod png;
+pub mod png;
 pub mod sample;
 mod stats;
 mod still;
@@ -73,6 +73,8 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
         }
         Command::Bake(args) => bake::run(&args),
         Command::Bench(args) => crate::bench::run(&args),
+        #[cfg(feature = "report")]
+        Command::Report(args) => crate::report::run(&args),
     }
 }
 
