@@ -1,10 +1,13 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
+mod lights;
+
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
-use super::shadow;
+pub use self::lights::ShadowPlan;
+use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
 use super::variant::{Geometry, Height, Pass, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
@@ -14,9 +17,6 @@ use crate::shell::{
     prisms::{self, MAX_OTHERS, ShellGeometry},
     walk::WalkGeometry,
 };
-
-/// Lights that cast shadows: the scene's first ones. A fragment keeps what it sees of each in registers.
-const MAX_SHADOWED_LIGHTS: usize = 8;
 
 /// One draw: a primitive of an instance, or the part of it that its variant draws.
 #[derive(Clone, Debug)]
@@ -67,22 +67,6 @@ pub struct Plan {
     pub stage: Option<Stage>,
     /// Sentences for the user.
     pub notices: Vec<String>,
-}
-
-/// What the lights see.
-#[derive(Clone, Debug)]
-pub struct ShadowPlan {
-    /// Draws of the scene as blockers of light.
-    pub draws: Vec<Draw>,
-    /// Maps of each light that casts shadows, in their order.
-    pub maps: Vec<u32>,
-}
-
-impl ShadowPlan {
-    /// Maps of all lights.
-    pub fn count(&self) -> u32 {
-        self.maps.iter().sum()
-    }
 }
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
@@ -151,7 +135,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
             plan_draws(scene, settings, stage, aov, index, instance, start + offset, &mut plan);
         }
     }
-    plan_shadow_maps(scene, settings, &mut plan);
+    lights::plan_shadow_maps(scene, settings, &mut plan);
     if settings.lod_fade.is_some() && aov {
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
@@ -307,31 +291,6 @@ fn plan_draws(
     }
 }
 
-/// Shadow maps need a light, something that casts and something that receives.
-fn plan_shadow_maps(scene: &Scene, settings: &Settings, plan: &mut Plan) {
-    if !settings.shadow_map {
-        return;
-    }
-    let reason = match () {
-        () if settings.baseline.is_some() => "a baseline is drawn without shadows",
-        () if scene.lights.is_empty() => "the scene has no light",
-        () if !casts(scene, plan) => "all there is lies in one plane, so nothing casts on anything",
-        () => {
-            let lights = scene.lights.iter().take(usize::from(shadowed_lights(scene)));
-            plan.shadow_maps = Some(ShadowPlan {
-                draws: plan.draws.iter().map(|d| Draw { variant: d.variant.for_light(), ..d.clone() }).collect(),
-                maps: lights.map(|light| shadow::maps(light, settings)).collect(),
-            });
-            for draw in &mut plan.draws {
-                draw.variant.shadow_maps = true;
-                draw.variant.shadowed_lights = shadowed_lights(scene);
-            }
-            return;
-        }
-    };
-    plan.notices.push(format!("no shadow map: {reason}"));
-}
-
 /// Whose depth is drawn before all colours. What is not among them may be drawn after them as ever.
 fn plan_depths(settings: &Settings, plan: &mut Plan) {
     // Without a fragment shader.
@@ -368,20 +327,6 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     }
 }
 
-/// Whether something drawn may stand between a light and something else: not where all is one flat plain sheet.
-fn casts(scene: &Scene, plan: &Plan) -> bool {
-    let [draw] = &plan.draws[..] else { return !plan.draws.is_empty() };
-    let primitive = source(scene, &plan.primitives[draw.primitive]);
-    let mut normals = primitive.triangles.iter().map(|triangle| {
-        let [a, b, c] = triangle.map(|v| primitive.positions[v as usize].as_dvec3());
-        ((b - a).cross(c - a).normalize_or_zero(), a)
-    });
-    let first = normals.next();
-    draw.variant.height.is_some()
-        || plan.primitives[draw.primitive].deforms
-        || first.is_some_and(|(n, p)| normals.any(|(m, q)| n.cross(m) != DVec3::ZERO || n.dot(q - p) != 0.0))
-}
-
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
     let traces = settings.march.traces();
     let parallax = !shell && traces;
@@ -403,11 +348,6 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         // Linear searches end by themselves.
         count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
     }
-}
-
-/// Lights of a scene that cast shadows.
-fn shadowed_lights(scene: &Scene) -> u8 {
-    scene.lights.len().min(MAX_SHADOWED_LIGHTS) as u8
 }
 
 /// UV set of each texture slot.
