@@ -8,23 +8,26 @@ use std::{collections::HashMap, fs, path::Path};
 use common::{Gltf, Lens, Map, Shape, Wrap, folder, prism};
 use serde_json::json;
 
-/// A 77 of 255: so high is the field everywhere.
+/// So high is the field wherever it is seen.
 const HEIGHT: f64 = 77.0 / 255.0;
 const SCALE: f64 = 0.2;
 /// Half the picture's height in world units, of parallel rays that all hit the sheet; and its pixels.
 const HALF: f64 = 0.4;
 const SIZE: [u32; 2] = [48, 36];
 
-/// Aslant: straight down, no step of a ray changes what it looks up.
+/// Aslant, as a ray straight down always looks up one height.
 fn lens() -> Lens {
     Lens::at([0.9, 0.6, 2.2], [0.0; 3]).orthographic(HALF)
 }
 
-/// A sheet from -1 to 1 whose detail goes inward to one level.
+/// A sheet from -1 to 1 whose detail goes inward to one level, but for a corner beyond the picture that spans the range
+/// which a search goes through.
 fn sheet(folder: &Path) {
     let mut gltf = Gltf::new();
-    let map = Map::eight(2, &[77; 4]);
-    let wall = gltf.displaced("wall", &map, [Wrap::Repeat; 2], json!({ "scale": SCALE, "midlevel": 1.0 }));
+    let mut texels = [77; 16 * 16];
+    texels[14..16].copy_from_slice(&[255, 0]);
+    let map = Map::eight(16, &texels);
+    let wall = gltf.displaced("wall", &map, [Wrap::Clamp; 2], json!({ "scale": SCALE, "midlevel": 1.0 }));
     let mesh = gltf.mesh("Sheet", &Shape::sheet(1.0, [0.0, 0.0], [1.0, 1.0]), wall);
     gltf.node(json!({ "name": "tile", "mesh": mesh }));
     gltf.camera(&lens());

@@ -265,7 +265,7 @@ pub struct ReportArgs {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
 
-    /// Frames of each variant that are timed, all variants of a part taking turns [default: 7; 3 with --quick]
+    /// Frames of each variant that are timed, all variants of a part taking turns [default: 5; 3 with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub rounds: Option<u32>,
 
@@ -284,7 +284,7 @@ impl ReportArgs {
 
     /// Timed frames of each variant.
     pub fn rounds(&self) -> u32 {
-        self.rounds.unwrap_or(if self.quick { 3 } else { 7 })
+        self.rounds.unwrap_or(if self.quick { 3 } else { 5 })
     }
 }
 

@@ -198,7 +198,7 @@ fn variants_of(stand: &Stand, truth: &Truth, device: &mut Device) -> Result<Vec<
         let mut judge = Judge::knowing(&truth.scene, truth.view, truth.surface.clone());
         if let Some((density, _)) = judge.density(device, error)? {
             let mut matched = variants::micro_mesh(density, Culling::Triangles);
-            matched.technique = "micro-mesh, matched".into();
+            matched.technique = variants::MATCHED.into();
             all.push(matched);
         }
     }

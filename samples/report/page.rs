@@ -9,9 +9,10 @@ use super::{
     contest::Aim,
     fit,
     measure::{Measured, Point, Shown},
-    parts::Part,
+    parts::{self, Part},
     plot,
     table::{FOR_PEOPLE, short},
+    variants::{self, Family},
 };
 use crate::{
     app::{cli::ReportArgs, picture::Picture, png},
@@ -97,7 +98,9 @@ impl Section {
         } else {
             let file =
                 if part.id == "front" { format!("front-{}", word(&part.stands[0].scene)) } else { part.id.to_owned() };
-            plots.push((file, plot::front(&points)?));
+            let flip = format!("{file}-flip");
+            plots.push((file, plot::front(&points, plot::Judged::Depth)?));
+            plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
         }
         let shown = measured.shown.iter().map(embedded).collect::<Result<_>>()?;
         let points = measured.points.clone();
@@ -124,23 +127,45 @@ fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
         let own = points.iter().filter(|point| point.variant.technique == name);
         own.filter_map(|point| Some([point.x?, y(point)])).collect()
     };
-    let (ms, p99): (fn(&Point) -> f64, fn(&Point) -> f64) = (|p| p.place()[0], |p| p.metrics.depth_p99);
+    let ms = |point: &Point| point.place()[0];
     let mut found: Vec<String> = names
         .iter()
         .map(|name| {
             let exponent = |y| fit::slope(&curve(name, y)).map_or("none".to_owned(), |k| format!("{k:.2}"));
-            format!("{name}: time grows with the power {} of {varies}, the error with {}.", exponent(ms), exponent(p99))
+            let (time, error) = (exponent(ms), exponent(|point| point.metrics.depth_p99));
+            format!("{name}: time grows with the power {time} of {varies}, the error with {error}.")
         })
         .collect();
-    let baselines = names.iter().filter(|name| name.starts_with("micro-mesh"));
-    for baseline in baselines {
-        for ours in names.iter().filter(|name| name.starts_with("walk")) {
-            if let Some(x) = fit::crossing(&curve(ours, ms), &curve(baseline, ms)) {
-                found.push(format!("{ours} and {baseline} take the same time at {varies} {}.", short(x)));
-            }
-        }
-    }
+    found.extend(at_equal_error(points, varies));
     found
+}
+
+/// Where a micro-mesh was matched: who is faster within its error, and where that changes.
+fn at_equal_error(points: &[&Point], varies: &str) -> Vec<String> {
+    let matched = |point: &&&Point| point.variant.technique.starts_with(variants::MATCHED);
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut sentences = Vec::new();
+    for baseline in points.iter().filter(matched) {
+        let (Some(x), [ms, _]) = (baseline.x, baseline.place()) else { continue };
+        let able = points.iter().filter(|point| point.x == Some(x) && point.variant.family == Family::Walk);
+        let able = able.filter(|point| point.metrics.depth_p99 <= parts::MATCHED);
+        let Some(best) = able.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0])) else { continue };
+        let [best_ms, _] = best.place();
+        let (name, other) = (best.variant.name(), baseline.variant.name());
+        let (more, winner) = if best_ms < ms { (ms / best_ms, name) } else { (best_ms / ms, other) };
+        sentences.push(format!(
+            "Within {} footprints at {varies} {}: {winner} is {} times faster.",
+            parts::MATCHED,
+            baseline.condition,
+            short(more)
+        ));
+        ours.push([x, best_ms]);
+        theirs.push([x, ms]);
+    }
+    if let Some(x) = fit::crossing(&ours, &theirs) {
+        sentences.push(format!("Crossover, within that error: at {varies} {}.", short(x)));
+    }
+    sentences
 }
 
 fn embedded(shown: &Shown) -> Result<Embedded> {
@@ -160,9 +185,10 @@ fn plain(text: &str) -> String {
 }
 
 const STYLE: &str = "\
-body{font:15px/1.5 system-ui,sans-serif;color:#20242a;background:#fff;max-width:1200px;margin:0 auto;padding:24px}\
+body{font:15px/1.5 system-ui,sans-serif;color:#20242a;background:#fff;max-width:1560px;margin:0 auto;padding:24px}\
 h1{font-size:28px}h2{font-size:21px;margin:44px 0 4px;border-top:1px solid #e2e5e9;padding-top:20px}\
-p{max-width:860px}svg{max-width:100%;height:auto;display:block;margin:8px 0}\
+p{max-width:860px}.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(560px,1fr));gap:8px}\
+svg{width:100%;height:auto;display:block}\
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}\
 th,td{padding:3px 10px;text-align:left;border-bottom:1px solid #eef0f2;white-space:nowrap}\
 th{border-bottom:2px solid #c9ced4;position:sticky;top:0;background:#fff}\
@@ -204,9 +230,10 @@ pub fn html(about: &About, sections: &[Section], aims: &[Aim]) -> String {
     }
     for (i, section) in sections.iter().enumerate() {
         put(format!("<h2 id=\"s{i}\">{}</h2><p>{}</p>", plain(&section.title), plain(section.text)));
-        for (_, svg) in &section.plots {
-            put(svg.clone());
-        }
+        put(format!(
+            "<div class=\"plots\">{}</div>",
+            section.plots.iter().map(|(_, svg)| svg.as_str()).collect::<String>()
+        ));
         if !section.findings.is_empty() {
             let items: String = section.findings.iter().map(|text| format!("<li>{}</li>", plain(text))).collect();
             put(format!("<ul>{items}</ul>"));

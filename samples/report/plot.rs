@@ -20,12 +20,14 @@ use super::{
 };
 
 /// Of the whole picture, in its own units.
-const SIZE: (u32, u32) = (960, 560);
+const SIZE: (u32, u32) = (900, 560);
 /// For the names of the curves.
-const LEGEND: u32 = 250;
+const LEGEND: u32 = 220;
 const ROW: i32 = 19;
 /// Errors below this are drawn at it: the least decade of the axis.
 pub const LEAST_ERROR: f64 = 1e-5;
+/// The same of FLIP, which a picture in 8 bits cannot tell from none.
+const LEAST_FLIP: f64 = 1e-4;
 const FONT: &str = "sans-serif";
 const INK: RGBColor = RGBColor(32, 36, 42);
 const GRID: RGBColor = RGBColor(226, 229, 233);
@@ -60,23 +62,35 @@ fn failed(cause: impl std::fmt::Display) -> Error {
     Error::input("plot", "SVG", format!("cannot be drawn: {cause}"), "report this as a bug")
 }
 
+/// The error of a front.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Judged {
+    /// 99th percentile of the depth error.
+    Depth,
+    /// Mean FLIP of the picture.
+    Flip,
+}
+
 /// Error against time: a curve a technique, and the front of all points.
-pub fn front(points: &[&Point]) -> Result<String> {
-    let lifted = |point: &Point| {
-        let [ms, error] = point.place();
-        [ms, error.max(LEAST_ERROR)]
+pub fn front(points: &[&Point], judged: Judged) -> Result<String> {
+    let place = |point: &Point| {
+        let [ms, depth] = point.place();
+        [ms, if judged == Judged::Depth { depth.max(LEAST_ERROR) } else { point.flip.max(LEAST_FLIP) }]
     };
     let curves = curves(points, |point| {
-        let [ms, error] = lifted(point);
+        let [ms, error] = place(point);
         let spread = point.timing.spread();
         let [low, high] = spread.map_or([ms; 2], |spread| [spread.low, spread.high]);
         let outliers = point.timing.outliers().into_iter().map(|ms| [ms, error]).collect();
         Some(Place { at: [ms, error], quartiles: [[low, error], [high, error]], outliers })
     });
-    let places: Vec<[f64; 2]> = points.iter().map(|point| lifted(point)).collect();
+    let places: Vec<[f64; 2]> = points.iter().map(|point| place(point)).collect();
     let front = fit::pareto(&places).into_iter().map(|i| places[i]).collect();
-    let axes = Axes { x: "GPU time of a frame (ms)", y: "depth error, 99th percentile (pixel footprints)", front };
-    plot(&axes, &curves, true)
+    let y = match judged {
+        Judged::Depth => "depth error, 99th percentile (pixel footprints)",
+        Judged::Flip => "mean FLIP of the picture",
+    };
+    plot(&Axes { x: "GPU time of a frame (ms)", y, front }, &curves, true)
 }
 
 /// Something against what a part varies: a curve a technique.
@@ -185,8 +199,8 @@ where
         .configure_mesh()
         .x_desc(axes.x)
         .y_desc(axes.y)
-        .axis_desc_style((FONT, 16).into_font().color(&INK))
-        .label_style((FONT, 14).into_font().color(&INK))
+        .axis_desc_style((FONT, 18).into_font().color(&INK))
+        .label_style((FONT, 15).into_font().color(&INK))
         .axis_style(INK)
         .bold_line_style(GRID)
         .light_line_style(FINE_GRID)
@@ -268,7 +282,7 @@ fn tick(value: f64) -> String {
 }
 
 fn legend(area: &Area<'_>, axes: &Axes<'_>, curves: &[Curve]) -> Result<()> {
-    let style = TextStyle::from((FONT, 14).into_font()).color(&INK);
+    let style = TextStyle::from((FONT, 15).into_font()).color(&INK);
     let mut top = 20;
     for curve in curves {
         let line = vec![(6, top + 7), (34, top + 7)];

@@ -4,8 +4,8 @@ use prism_engine::settings::{Baseline, Culling, March, SelfShadow, Settings, She
 
 /// Linear steps, or most cones, of a march.
 const STEPS: &[u32] = &[8, 16, 32, 64, 128];
-/// Fewer of them too in a shell, where they are of one prism.
-const SHELL_STEPS: &[u32] = &[1, 2, 4, 8, 16, 32, 64, 128];
+/// Fewer of them too in a walk, where they are of one prism, for the marches that are fast with few.
+const FEWER_STEPS: &[u32] = &[1, 2, 4];
 /// The same where time is short.
 const QUICK_STEPS: &[u32] = &[8, 32];
 /// Triangles along a base edge of the micro-mesh.
@@ -14,6 +14,9 @@ const DENSITIES: &[u32] = &[1, 2, 4, 8, 16, 32, 64];
 const QUICK_DENSITIES: &[u32] = &[4, 16];
 /// Steps from which a march counts as a patient one: none of them may beat the exact march in both error and time.
 pub const PATIENT: u32 = 32;
+
+/// The technique of a micro-mesh that is as coarse as an error allows.
+pub const MATCHED: &str = "micro-mesh, matched";
 
 /// What a technique is built on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -118,21 +121,27 @@ pub fn micro_mesh(density: u32, culling: Culling) -> Variant {
 /// Every march in every shell, and the baselines: a front in full.
 pub fn all() -> Vec<Variant> {
     let mut all = Vec::new();
-    for (shell, steps) in [(Shell::Off, STEPS), (Shell::Walk, SHELL_STEPS), (Shell::Prism, STEPS)] {
+    for shell in [Shell::Off, Shell::Walk, Shell::Prism] {
         for &march in March::ALL.iter().filter(|march| shell == Shell::Off || march.traces()) {
-            all.extend(at_all(shell, march, steps).into_iter().map(shown));
+            if shell == Shell::Walk && [March::Pom, March::Relief].contains(&march) {
+                all.extend(at_all(shell, march, FEWER_STEPS));
+            }
+            all.extend(at_all(shell, march, STEPS));
         }
     }
     all.extend(baselines(DENSITIES));
-    all
+    all.into_iter().map(shown).collect()
 }
 
 /// A march of each kind in every shell, and the baselines: the other scenes' fronts.
 pub fn some() -> Vec<Variant> {
     let mut some = vec![march(Shell::Off, March::Normal, 0)];
-    for (shell, steps) in [(Shell::Off, STEPS), (Shell::Walk, SHELL_STEPS)] {
+    for shell in [Shell::Off, Shell::Walk] {
         for kind in [March::Pom, March::Relief, March::Exact] {
-            some.extend(at_all(shell, kind, steps));
+            if shell == Shell::Walk && kind.steps() {
+                some.extend(at_all(shell, kind, FEWER_STEPS));
+            }
+            some.extend(at_all(shell, kind, STEPS));
         }
     }
     some.push(march(Shell::Prism, March::Exact, 0));
