@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use prism_engine::{
     measure::Metrics,
     scene::{Camera, Scene},
-    settings::{Settings, Stage},
+    settings::{SelfShadow, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
 use rig::{Rig, SHELLS, STAGES, exactness};
@@ -130,6 +130,29 @@ fn a_twisted_box() {
 #[test]
 fn a_twisted_head() {
     follows("suzanne.gltf", twist, [0.2, 0.5, 1.0], 3000);
+}
+
+/// Shadow rays of a posed mesh go on in boxes that were fitted to the pose: across the ring, far from where it stood.
+#[test]
+fn a_twisted_ring_shadows_itself() {
+    let rig = Rig::new();
+    let mut scene = rig::asset("torus.gltf");
+    scene.meshes[0].deforms = true;
+    scene.lights.truncate(1);
+    scene.lights[0].direction = DVec3::new(0.9, -0.3, -0.3).normalize();
+    let camera: Camera = scene.camera.expect("the assets have cameras");
+    let settings = Settings { self_shadow: SelfShadow::Hard, ..rig::exact(Shell::Walk, Stage::Mesh) };
+    let mut easel = rig.easel(&scene, &settings, EXTENT);
+    for time in [0.8, 1.5] {
+        let moved = pose(&scene, |p, time| twist(p, time) + DVec3::new(0.0, 0.1, 0.0), time);
+        let truth = Reference::new(&posed(&scene, &moved)).render(&camera, EXTENT[0], EXTENT[1], Shadows::TraceOwn);
+        let drawn = easel.draw_posed(&camera, Some((0, &moved)));
+        let both: Vec<_> = (0..truth.depth.len()).filter(|i| (truth.depth[*i] + drawn.depth[*i]).is_finite()).collect();
+        let wrong = both.iter().filter(|i| (truth.shadow[**i] < 0.5) != (drawn.shadow[**i] < 0.5)).count();
+        println!("torus at {time}: {wrong} of {} wrong", both.len());
+        assert!(both.len() > 3000 && 1000 * wrong <= both.len(), "{wrong} of {}", both.len());
+        assert_eq!(easel.limits_reached(), 0);
+    }
 }
 
 /// A pose leaves nothing behind: a frame repeats to the bit, on a new device and after other poses.

@@ -70,7 +70,6 @@ struct Shaded {
     Surface surface;
     Visibility visibility;
     float side; // +1 where it is seen from above
-    vec3 level; // normal of the level, mesh space, unit, toward the viewer's side
     vec2 uv;    // that of the AOV
 #endif
 };
@@ -165,7 +164,6 @@ Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope,
     shaded.visibility = mapped_visibility(shaded.visibility, surface, relief);
 #endif
     shaded.side = side;
-    shaded.level = side * normalize(level_normal);
     shaded.uv = at[AOV_UV].uv;
 #endif
     return shaded;
@@ -193,12 +191,12 @@ void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, March
     Shaded shaded = shaded_at(object, v, ndc, hit, slope, displaced);
 #ifdef SELF_SHADOW
     // A wall is seen from where its lower surface begins: from above that.
-    float side = hit.wall < 0 ? shaded.side : 1.0, rounding = level_rounding(id, shaded.position, hit.t, slope);
-    ShadowStart start = ShadowStart(shaded.position, id, hit.t, hit.wall, side, rounding);
+    float side = hit.wall < 0 ? shaded.side : 1.0;
+    ShadowStart start = ShadowStart(shaded.position, id, hit.lambda, hit.t, hit.wall, side);
     int limit = 64 + 2 * int(draw.prism_count), limits = 0;
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         if (shaded.visibility.light[i] > 0.0) {
-            ShadowWay way = out_of_level(way_to_light(object, shaded.surface, i), shaded.level);
+            ShadowWay way = way_to_light(object, shaded.surface, i);
             shaded.visibility.light[i] *= shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
         }
     }

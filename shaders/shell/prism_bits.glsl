@@ -13,6 +13,9 @@ const uint WALL_CLOSED = 4u; // border closed by a wall down to the lowest level
 // What adjacency says of a wall across which no prism lies.
 const uint NO_NEIGHBOUR = 0xffffffffu;
 
+// What a box of the hierarchy over the prisms says in place of a prism, where the boxes that follow divide it.
+const uint NO_PRISM = 0xffffffffu;
+
 // Flags, by bit.
 const int PLAIN = 12;     // not displaced: the triangle itself, traced so that it meets its neighbours without a crack
 const int IRREGULAR = 13; // a ray may slip past its lid

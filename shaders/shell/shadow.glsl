@@ -5,9 +5,9 @@
 // is asked anew where rounding could answer wrongly, next to the start. Then, with SHADOW_REENTRY, a hierarchy of boxes
 // finds the prisms that the ray enters from outside, behind a dent or on another part of the mesh.
 //
-// The start lies on the surface by rounding only. Its own crossing is taken out by lowering the surface, on the side the
-// ray starts from, to where the start is clear: by what it seems to lie beneath it, and by what rounding may add. That is
-// the polynomial without its root at 0, as far as f32 can tell the two apart, and it serves every march.
+// The start lies on the surface by rounding only. Its own crossing is divided out by a shift of the surface that brings
+// it to the start, as the march itself finds the two in the first prism: their difference is 0 there and grows with the
+// ray's sine, so that what a grazing ray meets next is told from what it leaves. It serves every march.
 //
 // Needs shell/walk.glsl. With SHADOW_REENTRY the includer gives
 //     ShadowBox shadow_box(uint index)
@@ -15,12 +15,13 @@
 #ifndef SHELL_SHADOW_GLSL
 #define SHELL_SHADOW_GLSL
 
-// What is left of the start's crossing, as a part of the height range.
+// How far the start is cleared above that, as a part of the height range: by two roundings of a height, or by what the
+// march of a function's heights may take for one.
+#ifdef HEIGHT_PROCEDURE
 const float LEAST_CLEARANCE = 2e-6;
-// Rounding of a position, relative to its size.
-const float POSITION_ROUNDING = 3e-7;
-// Rounding of the weights in a triangle as long as it is wide.
-const float WEIGHT_ROUNDING = 2e-8;
+#else
+const float LEAST_CLEARANCE = 1e-7;
+#endif
 
 #ifdef SHADOW_REENTRY
 struct ShadowBox {
@@ -28,7 +29,6 @@ struct ShadowBox {
     uint next;  // the box to go on with where the ray misses this one
     uint prism; // NO_PRISM where the boxes that follow divide it
 };
-const uint NO_PRISM = 0xffffffffu;
 
 ShadowBox shadow_box(uint index);
 uint shadow_boxes();
@@ -36,16 +36,13 @@ uint shadow_boxes();
 
 // Where a shadow ray starts.
 struct ShadowStart {
-    vec3 position;  // mesh space
+    vec3 position; // mesh space
     uint prism;
+    vec3 lambda;   // in it
     float t;
-    int wall;       // of the prism, or -1 on the height field
-    float side;     // of the surface: +1 above
-    float rounding; // of levels there
+    int wall;      // of the prism, or -1 on the height field
+    float side;    // of the surface: +1 above
 };
-
-// A ray within a level of the shell has no level to go by: it is turned out of it by this sine, 0.006 degrees.
-const float LEAST_SINE = 1e-4;
 
 // The way to a light.
 struct ShadowWay {
@@ -54,45 +51,24 @@ struct ShadowWay {
 };
 
 // The ray along a unit direction. Two axes across it, with e0 x e1 along it (Duff et al. 2017).
-WalkRay shadow_ray(vec3 origin, vec3 toward) {
+WalkRay shadow_ray(vec3 origin, vec3 lambda, vec3 toward) {
     float turned = toward.z < 0.0 ? -1.0 : 1.0;
     float a = -1.0 / (turned + toward.z), b = toward.x * toward.y * a;
     vec3 e0 = vec3(1.0 + turned * toward.x * toward.x * a, turned * b, -turned * toward.x);
     vec3 e1 = vec3(b, turned + toward.y * toward.y * a, -toward.y);
-    return WalkRay(vec4(e0, 0.0), vec4(e1, 0.0), vec4(0.0), vec2(0.0), 1.0, true, origin);
-}
-
-// The way, not within the level of the start. normal: the level's, mesh space, unit, on the side that is seen.
-ShadowWay out_of_level(ShadowWay way, vec3 normal) {
-    float sine = dot(way.toward, normal);
-    if (abs(sine) < LEAST_SINE) {
-        way.toward = normalize(way.toward + (LEAST_SINE - sine) * normal);
-    }
-    return way;
-}
-
-// What rounding may make of the level at a point of a prism's surface. slope: levels gained from corner 0 to corners 1
-// and 2. A thin triangle's weights are known less well, by its length over its width.
-float level_rounding(uint prism, vec3 position, float t, vec2 slope) {
-    uvec3 corners = walk_corners(prism).xyz;
-    vec3 a = walk_position(corners.x), b = walk_position(corners.y) - a, c = walk_position(corners.z) - a;
-    float thinness = max(dot(b, b), dot(c, c)) / max(length(cross(b, c)), 1e-30);
-    vec3 size = abs(position);
-    float weights = WEIGHT_ROUNDING * thinness * (abs(slope.x) + abs(slope.y));
-    return POSITION_ROUNDING * (max(size.x, max(size.y, size.z)) + abs(t)) + weights;
+    return WalkRay(vec4(e0, 0.0), vec4(e1, 0.0), vec4(0.0), vec2(0.0), 1.0, true, origin, lambda);
 }
 
 // The march's settings for a ray that starts in `at`: see above.
 MarchSettings shadow_settings(MarchSettings settings, ShadowStart start, Standing at) {
-    float under = 0.0;
+    float clear = LEAST_CLEARANCE;
     if (start.wall < 0) {
         uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
-        // By the ray's own path, so that it is the crossing that the march would find.
-        vec3 lambda = walk_lambda(at, EXIT_NONE, start.t);
+        // By the ray's own path, which within a level there is none.
+        vec3 lambda = walk_in_level(at, start.t) ? start.lambda : walk_lambda(at, EXIT_NONE, start.t);
         vec2 uv = lambda.x * walk_uv(corners.x) + lambda.y * walk_uv(corners.y) + lambda.z * walk_uv(corners.z);
-        under = start.side * (surface_level(settings, uv) - start.t);
+        clear += start.side * (surface_level(settings, uv) - start.t) / settings.scale;
     }
-    float clear = ((under > 0.0 ? under : 0.0) + start.rounding) / settings.scale + LEAST_CLEARANCE;
     settings.midlevel += start.side * clear;
     return settings;
 }
@@ -135,7 +111,7 @@ bool prism_blocks(WalkRay ray, ShadowWay way, MarchSettings settings, uint id, f
 
 // Whether the surface hides the light at the end of the way. `limit`: see walk.
 bool shadow_blocked(ShadowStart start, ShadowWay way, MarchSettings settings, int limit, inout int limits) {
-    WalkRay ray = shadow_ray(start.position, way.toward);
+    WalkRay ray = shadow_ray(start.position, start.lambda, way.toward);
     WalkTrail trail = NO_TRAIL;
     float left = 0.0;
     settings.two_sided = true;

@@ -28,10 +28,11 @@ struct WalkRay {
     float handedness;
     bool shadow; // begins at `origin`, on the surface, and both sides of all that it crosses stop it
     vec3 origin; // a shadow's, taken from the mesh's positions before anything else
+    vec3 lambda; // of its origin in the first prism
 };
 
 WalkRay pixel_ray(vec4 x, vec4 y, vec4 w, vec2 ndc, float handedness) {
-    return WalkRay(x, y, w, ndc, handedness, false, vec3(0.0));
+    return WalkRay(x, y, w, ndc, handedness, false, vec3(0.0), vec3(0.0));
 }
 
 // A prism the ray is in, turned so that corner c faces the wall it came through: c is the prism's corner `entry`, and a
@@ -153,6 +154,39 @@ void walk_exit(vec3 s, int wall, float handedness, float front, float t, inout f
         // Behind the wall already and on the way out: by rounding, next to an edge or a vertex.
         leave = t;
         turned = wall;
+    }
+}
+
+// The ray's sine with a level's triangle under which t no longer tells its points apart.
+const float LEAST_SINE = 1e-4;
+
+// Whether the ray runs within the level of the prism at t: seen along it the triangle is a line.
+bool walk_in_level(Standing at, float t) {
+    vec2 a = at.pa + t * at.qa, b = at.pb + t * at.qb - a, c = at.pc + t * at.qc - a;
+    return abs(cross2(b, c)) < LEAST_SINE * max(dot(b, b), dot(c, c));
+}
+
+// The exit of a ray within level t: the wall that it crosses farthest on, but for the one it came through.
+void walk_level_exit(WalkRay ray, Standing at, bool from_ab, float t, inout float leave, inout int turned) {
+    uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
+    vec2 across[3] = vec2[3](at.pa + t * at.qa, at.pb + t * at.qb, at.pc + t * at.qc);
+    vec3 walls[3] = vec3[3](at.bc, at.ca, at.ab), toward = cross(ray.x.xyz, ray.y.xyz), distance;
+    for (int k = 0; k < 3; ++k) {
+        distance[k] = dot(walk_position(corners[k]) - ray.origin + t * walk_shell(corners[k]), toward);
+    }
+    float farthest = -1e30;
+    for (int wall = 0; wall < (from_ab ? 2 : 3); ++wall) {
+        int i = (wall + 1) % 3, j = (wall + 2) % 3;
+        vec2 edge = across[j] - across[i];
+        float w = clamp(-dot(across[i], edge) / max(dot(edge, edge), 1e-37), 0.0, 1.0);
+        float on = mix(distance[i], distance[j], w);
+        if (dot(across[i], across[j]) <= 0.0 && on > farthest) {
+            farthest = on;
+            turned = wall;
+            // The root beside t.
+            float change = -quadratic(walls[wall], t) / (walls[wall].y + 2.0 * t * walls[wall].z);
+            leave = abs(change) < LEAST_SINE * length(edge) ? t + change : t;
+        }
     }
 }
 
@@ -326,19 +360,27 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
     int came = start.on_wall ? EXIT_AB : EXIT_NONE;
     bool above = true, fresh = true;
     for (; limit > 0; --limit) {
-        float travel = front * ray.handedness;
         vec4 range = walk_range(at.prism);
         walk_pass(at.prism, trail);
 
-        float leave = travel * 1e30;
+        float travel = front * ray.handedness, leave = travel * 1e30;
         int turned = EXIT_NONE;
-        walk_exit(at.bc, EXIT_BC, ray.handedness, front, t, leave, turned);
-        walk_exit(at.ca, EXIT_CA, ray.handedness, front, t, leave, turned);
-        walk_exit(at.ab, EXIT_AB, ray.handedness, front, t, leave, turned);
+        bool in_level = ray.shadow && walk_in_level(at, t);
+        if (in_level) {
+            walk_level_exit(ray, at, came == EXIT_AB, t, leave, turned);
+            in_level = turned != EXIT_NONE;
+        }
+        if (in_level) {
+            travel = leave < t ? -1.0 : 1.0;
+        } else {
+            walk_exit(at.bc, EXIT_BC, ray.handedness, front, t, leave, turned);
+            walk_exit(at.ca, EXIT_CA, ray.handedness, front, t, leave, turned);
+            walk_exit(at.ab, EXIT_AB, ray.handedness, front, t, leave, turned);
+        }
 
         // The part of it within the levels that the prism's surface and steps can have.
         float entry_t = clamp(t, range.x, range.y), leave_t = clamp(leave, range.x, range.y);
-        bool passes = entry_t != leave_t;
+        bool passes = entry_t != leave_t || (in_level && entry_t == t);
         if (passes) {
             uvec4 data = walk_corners(at.prism);
             uvec3 corners = walk_turned(data.xyz, at.entry);
@@ -346,7 +388,8 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             PathEnd entry, end;
             entry.t = entry_t;
             entry.wall = entry_t == t ? came : EXIT_NONE;
-            entry.lambda = walk_lambda(at, entry.wall, entry_t);
+            bool at_origin = in_level && came == EXIT_NONE && entry_t == t;
+            entry.lambda = at_origin ? ray.lambda : walk_lambda(at, entry.wall, entry_t);
             entry.uv = entry.lambda.x * uv_a + entry.lambda.y * uv_b + entry.lambda.z * uv_c;
             end.t = leave_t;
             end.wall = leave_t == leave ? turned : EXIT_NONE;
@@ -376,7 +419,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
             path.v = at.ca * ub.y + at.ab * uc.y;
             path.w = at.bc + at.ca + at.ab;
             path.origin = uv_a;
-            bool chord = follows_chord(entry_t, leave_t, range.y - range.x);
+            bool chord = in_level || follows_chord(entry_t, leave_t, range.y - range.x);
             int limits = 0;
             float along = search(settings, path, entry, end, chord, above, limits);
             none.limits += limits;
@@ -394,7 +437,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
         } else if (leave != t) {
             above = t >= range.y;
         }
-        fresh = fresh && leave == t;
+        fresh = fresh && !passes && leave == t;
         if (travel > 0.0 ? leave > range.y : leave < range.x) {
             // Past the surface's levels; past the lid or base too where none of this prism's corners has it further
             // out. What the ray meets then it enters anew, through a lid or base.

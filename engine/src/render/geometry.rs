@@ -31,6 +31,8 @@ pub struct PrimitiveData {
     pub walk: Option<WalkData>,
     /// Boxes over the prisms, for shadow rays; empty where there are none.
     pub hierarchy: Vec<BoxNode>,
+    /// Their indices in the order in which a pose fits them anew; see [`hierarchy::ranks`].
+    pub refit: Vec<Vec<u32>>,
     /// Half extents of a box around `center` that holds the primitive with all levels of its shell.
     pub extent: DVec3,
     /// Material.
@@ -114,13 +116,15 @@ impl PrimitiveData {
             let [width, height] = map_size(scene, other.source);
             *slot = Vec4::new(other.scale as f32, other.midlevel as f32, width, height);
         }
+        let nodes = if planned.hierarchy { boxes(primitive, planned, center) } else { Vec::new() };
         PrimitiveData {
             center,
             vertices,
             indices,
             prisms: (0..planned.shell.prisms.len()).map(|p| gpu_prism(planned, p)).collect(),
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
-            hierarchy: if planned.hierarchy { boxes(primitive, planned, center) } else { Vec::new() },
+            refit: if planned.deforms { hierarchy::ranks(&nodes) } else { Vec::new() },
+            hierarchy: nodes.into_iter().map(gpu_box).collect(),
             extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
             material: data,
         }
@@ -157,11 +161,11 @@ fn extent(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, (low
     })
 }
 
-/// Rounding of positions in f32 that the boxes allow for, relative to their size.
+/// Rounding of positions in f32 that the boxes allow for, relative to their size; that of `deform_fit_boxes.comp`.
 const BOX_ROOM: f64 = 1e-6;
 
 /// Boxes over the prisms, relative to `center`. A prism lies in the hull of its corners, however its walls bulge.
-fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Vec<BoxNode> {
+fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Vec<hierarchy::Node> {
     let bounds = |prism: &prisms::Prism| {
         let corners = prism.corners.map(|v| {
             let (at, lift) = (primitive.positions[v as usize].as_dvec3(), planned.shell_normals[v as usize].as_dvec3());
@@ -172,12 +176,12 @@ fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Ve
         let room = BOX_ROOM * low.abs().max(high.abs()).max_element();
         [low - room, high + room]
     };
+    hierarchy::build(&planned.shell.prisms.iter().map(bounds).collect::<Vec<_>>())
+}
+
+fn gpu_box(node: hierarchy::Node) -> BoxNode {
     let bits = |at: DVec3| UVec3::from(at.as_vec3().to_array().map(f32::to_bits));
-    let node = |node: hierarchy::Node| BoxNode {
-        low: bits(node.bounds[0]).extend(node.next),
-        high: bits(node.bounds[1]).extend(node.prism),
-    };
-    hierarchy::build(&planned.shell.prisms.iter().map(bounds).collect::<Vec<_>>()).into_iter().map(node).collect()
+    BoxNode { low: bits(node.bounds[0]).extend(node.next), high: bits(node.bounds[1]).extend(node.prism) }
 }
 
 /// The bits are those of `shaders/shell/prism_bits.glsl`.

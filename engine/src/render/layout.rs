@@ -322,6 +322,7 @@ mod tests {
             ("render/deform_folds.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
             ("render/deform_leans.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
             ("render/deform_write_prisms.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
+            ("render/deform_fit_boxes.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
         ] {
             let shader = compiler.compile(path, stage, defines).unwrap();
             for block in &shader.reflection.bindings {
@@ -335,7 +336,7 @@ mod tests {
                     "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
                     "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
                     "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
-                    "shadow_hierarchy" => ("item[].", BoxNode::MEMBERS, Some(size_of::<BoxNode>())),
+                    "shadow_hierarchy" | "boxes" => ("item[].", BoxNode::MEMBERS, Some(size_of::<BoxNode>())),
                     "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
                     _ => continue,
                 };
@@ -352,6 +353,7 @@ mod tests {
         let all = [
             "FrameBlock",
             "MaterialBlock",
+            "boxes",
             "lights",
             "mesh_vertices",
             "objects",

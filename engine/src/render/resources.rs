@@ -1,7 +1,7 @@
 //! What a plan has on the GPU: images, buffers and descriptor sets.
 
 use std::collections::{HashMap, hash_map::Entry};
-use std::path::Path;
+use std::{ops::Range, path::Path};
 
 use glam::DVec3;
 
@@ -282,7 +282,7 @@ pub struct Primitive {
     pub vertices: Buffer,
     pub prisms: Option<Buffer>,
     /// Boxes over them, where shadow rays want these.
-    hierarchy: Option<Buffer>,
+    pub hierarchy: Option<Buffer>,
     material: Buffer,
     /// What the walk needs besides.
     pub walk: Option<Walk>,
@@ -297,6 +297,16 @@ pub struct Rest {
     pub prism_count: u32,
     pub prisms: Option<Buffer>,
     pub adjacency: Option<Buffer>,
+    /// Of the boxes over its prisms.
+    pub refit: Option<Refit>,
+}
+
+/// The order in which boxes are fitted to a pose.
+pub struct Refit {
+    /// Their indices.
+    pub order: Buffer,
+    /// Parts of that order: the boxes of each need only those of the parts before.
+    pub parts: Vec<Range<u32>>,
 }
 
 impl Rest {
@@ -316,7 +326,21 @@ impl Rest {
                 .as_ref()
                 .map(|walk| upload("adjacency", bytemuck::cast_slice(&walk.adjacency)))
                 .transpose()?,
+            refit: (!data.refit.is_empty()).then(|| Refit::new(uploader, name, &data.refit)).transpose()?,
         })
+    }
+}
+
+impl Refit {
+    fn new(uploader: &mut Uploader, name: &str, ranks: &[Vec<u32>]) -> Result<Self> {
+        let order = ranks.concat();
+        let order = uploader.buffer(&format!("{name} boxes' order"), vk::BufferUsageFlags::STORAGE_BUFFER, &order)?;
+        let mut end = 0;
+        let part = |rank: &Vec<u32>| {
+            end += rank.len() as u32;
+            end - rank.len() as u32..end
+        };
+        Ok(Refit { order, parts: ranks.iter().map(part).collect() })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-/// No prism: the boxes that follow divide this one. `NO_PRISM` of `shaders/shell/shadow.glsl`.
+/// No prism: the boxes that follow divide this one. `NO_PRISM` of `shaders/shell/prism_bits.glsl`.
 pub const NO_PRISM: u32 = u32::MAX;
 
 /// One box.
@@ -50,6 +50,23 @@ fn divide(bounds: &[[DVec3; 2]], prisms: &mut [u32], nodes: &mut Vec<Node>) {
     nodes[at].next = nodes.len() as u32;
 }
 
+/// The boxes' indices by how many boxes lie between them and their deepest prism: those that divide a box come in a
+/// list before its own.
+pub fn ranks(nodes: &[Node]) -> Vec<Vec<u32>> {
+    let mut ranks: Vec<Vec<u32>> = Vec::new();
+    let mut rank_of = vec![0; nodes.len()];
+    for (i, node) in nodes.iter().enumerate().rev() {
+        if node.prism == NO_PRISM {
+            rank_of[i] = 1 + rank_of[i + 1].max(rank_of[nodes[i + 1].next as usize]);
+        }
+        if ranks.len() <= rank_of[i] {
+            ranks.resize(rank_of[i] + 1, Vec::new());
+        }
+        ranks[rank_of[i]].push(i as u32);
+    }
+    ranks
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,6 +92,22 @@ mod tests {
             for node in nodes.iter().filter(|n| n.prism != NO_PRISM) {
                 assert_eq!(node.bounds, boxes[node.prism as usize]);
             }
+        }
+    }
+
+    #[test]
+    fn what_divides_a_box_ranks_before_it() {
+        for count in [0, 1, 2, 3, 100] {
+            let nodes = build(&boxes(count));
+            let mut known = vec![false; nodes.len()];
+            for rank in ranks(&nodes) {
+                for i in rank.iter().map(|i| *i as usize) {
+                    let divided = nodes[i].prism == NO_PRISM;
+                    assert!(!known[i] && (!divided || (known[i + 1] && known[nodes[i + 1].next as usize])));
+                }
+                rank.iter().for_each(|i| known[*i as usize] = true);
+            }
+            assert!(known.into_iter().all(|known| known));
         }
     }
 

@@ -1,6 +1,6 @@
 //! The passes of a deforming mesh: their pipelines, buffers and descriptor sets.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use super::topology::Topology;
 use crate::error::Result;
@@ -28,9 +28,12 @@ pub const MOST_ITEMS: u32 = GROUP * MOST_GROUPS;
 struct Step {
     pipeline: Arc<Pipeline>,
     set: DescriptorSet,
-    count: u32,
-    /// See [`DeformPass::first`].
-    first: u32,
+    /// Its items; the passes over them wait for each other. See [`DeformPass::first`].
+    parts: Vec<Range<u32>>,
+}
+
+fn one_part(first: u32, count: u32) -> Vec<Range<u32>> {
+    vec![Range { start: first, end: first + count }]
 }
 
 /// A mesh's passes and what they share.
@@ -123,7 +126,7 @@ impl Passes {
         let step = |pass: &str, count: usize| {
             let pipeline = Arc::new(pipeline(pass, None)?);
             let set = buffers.set(ctx, &pipeline, &[])?;
-            Ok::<_, crate::error::Error>(Step { pipeline, set, count: count as u32, first: 0 })
+            Ok::<_, crate::error::Error>(Step { pipeline, set, parts: one_part(0, count as u32) })
         };
         let shelled = primitives.iter().any(|primitive| primitive.prisms.is_some());
         let walked = primitives.iter().any(|primitive| primitive.walk.is_some());
@@ -150,8 +153,11 @@ impl Passes {
         let vertices = Arc::new(pipeline("write_vertices", None)?);
         let prisms = shelled.then(|| pipeline("write_prisms", None).map(Arc::new)).transpose()?;
         let walks = walked.then(|| pipeline("write_prisms", Some("WALKED")).map(Arc::new)).transpose()?;
+        let fitted = primitives.iter().any(|primitive| primitive.hierarchy.is_some());
+        let boxes = fitted.then(|| pipeline("fit_boxes", None).map(Arc::new)).transpose()?;
         for (primitive, firsts) in primitives.iter().zip(&topology.firsts) {
             passes.add_writes(ctx, primitive, *firsts, &vertices, [prisms.as_ref(), walks.as_ref()])?;
+            passes.add_boxes(ctx, primitive, boxes.as_ref())?;
         }
         Ok(passes)
     }
@@ -169,7 +175,8 @@ impl Passes {
         let bindings =
             [("rest_vertices", Binding::Buffer(&rest.vertices)), ("vertices", Binding::Buffer(&primitive.vertices))];
         let set = self.buffers.set(ctx, vertices, &bindings)?;
-        self.writes.push(Step { pipeline: vertices.clone(), set, count: rest.vertex_count, first: first_vertex });
+        let parts = one_part(first_vertex, rest.vertex_count);
+        self.writes.push(Step { pipeline: vertices.clone(), set, parts });
         let (Some(from), Some(to)) = (&rest.prisms, &primitive.prisms) else { return Ok(()) };
         let mut bindings = vec![("rest_prisms", Binding::Buffer(from)), ("prisms", Binding::Buffer(to))];
         let adjacency = rest.adjacency.as_ref().zip(primitive.walk.as_ref().and_then(|walk| walk.adjacency()));
@@ -178,8 +185,27 @@ impl Passes {
         }
         if let Some(pipeline) = if adjacency.is_some() { walked } else { prisms } {
             let set = self.buffers.set(ctx, pipeline, &bindings)?;
-            let count = rest.prism_count;
-            self.writes.push(Step { pipeline: pipeline.clone(), set, count, first: first_triangle });
+            let parts = one_part(first_triangle, rest.prism_count);
+            self.writes.push(Step { pipeline: pipeline.clone(), set, parts });
+        }
+        Ok(())
+    }
+
+    /// The passes that fit the boxes over one primitive's prisms to what has been written of these.
+    fn add_boxes(&mut self, ctx: &Context, primitive: &Primitive, pipeline: Option<&Arc<Pipeline>>) -> Result<()> {
+        let refit = primitive.rest.as_ref().and_then(|rest| rest.refit.as_ref());
+        let (Some(refit), Some(boxes), Some(prisms)) = (refit, &primitive.hierarchy, &primitive.prisms) else {
+            return Ok(());
+        };
+        let bindings = [
+            ("vertices", Binding::Buffer(&primitive.vertices)),
+            ("prisms", Binding::Buffer(prisms)),
+            ("boxes", Binding::Buffer(boxes)),
+            ("order", Binding::Buffer(&refit.order)),
+        ];
+        if let Some(pipeline) = pipeline {
+            let set = self.buffers.set(ctx, pipeline, &bindings)?;
+            self.writes.push(Step { pipeline: pipeline.clone(), set, parts: refit.parts.clone() });
         }
         Ok(())
     }
@@ -207,8 +233,10 @@ impl Passes {
             cmd.memory_barrier(Access::TRANSFER_DST, Access::COMPUTE_WRITE);
             self.dispatch(cmd, pipeline, &set, DeformPass { count: self.vertices, ..self.common });
             let mut step = |step: &Step, round: u32| {
-                let pass = DeformPass { count: step.count, first: step.first, round, ..self.common };
-                self.dispatch(cmd, &step.pipeline, &step.set, pass);
+                for part in &step.parts {
+                    let pass = DeformPass { count: part.len() as u32, first: part.start, round, ..self.common };
+                    self.dispatch(cmd, &step.pipeline, &step.set, pass);
+                }
             };
             step(&self.shells, 0);
             if let Some(folds) = &self.folds {

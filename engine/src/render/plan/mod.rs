@@ -182,12 +182,6 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         }
         factors = folds.factors;
     }
-    if deforms && settings.self_shadow != SelfShadow::Off && shells.iter().any(ShellGeometry::is_displaced) {
-        plan.notices.push(format!(
-            "mesh '{}' deforms: self-shadow rays end where they leave its shell and do not enter it again",
-            mesh.name
-        ));
-    }
     for (p, geometry) in shells.into_iter().enumerate() {
         let primitive = &mesh.primitives[p];
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
@@ -200,8 +194,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             primitive: p,
             shell: geometry,
             walk,
-            // The boxes hold no pose but the file's.
-            hierarchy: shelled && shadows && !deforms,
+            hierarchy: shelled && shadows,
             shell_normals,
             deforms,
         });
