@@ -374,7 +374,7 @@ mod tests {
             found: Some(spread),
             met: Some(false),
         };
-        let html = aims_table(&[aim.clone()]);
+        let html = aims_table(std::slice::from_ref(&aim));
         assert!(html.contains("<td class=\"MISSED\">MISSED</td>") && html.contains("a&lt;b"), "{html}");
         assert!(html.contains("<td>1.50</td><td>1.00 to 2.50</td>"), "{html}");
         assert!(aims_table(&[Aim { met: Some(true), ..aim.clone() }]).contains(">met<"));

@@ -54,10 +54,7 @@ fn fields(point: &Point) -> Vec<String> {
     let spread = timing.spread();
     let drawn = s.baseline.is_none();
     let ours = |text: String| if drawn { text } else { String::new() };
-    let density = match s.baseline {
-        Some(Baseline::MicroMesh { density, .. }) => density.to_string(),
-        None => String::new(),
-    };
+    let density = if let Some(Baseline::MicroMesh { density, .. }) = s.baseline { Some(density) } else { None };
     vec![
         point.part.to_owned(),
         point.scene.clone(),
@@ -72,7 +69,7 @@ fn fields(point: &Point) -> Vec<String> {
         ours(s.march.to_string()),
         if drawn && (s.march.steps() || s.march.reads_cones()) { s.max_steps.to_string() } else { String::new() },
         if drawn && s.march.refines() { s.refine_steps.to_string() } else { String::new() },
-        density,
+        density.map_or(String::new(), |n| n.to_string()),
         s.self_shadow.to_string(),
         s.msaa.to_string(),
         m.covered.to_string(),
