@@ -38,6 +38,11 @@ minmax, .exr only: a part per level, 'level 0' the finest, with channels min and
 texels k 2^L to (k + 1) 2^L along each axis, one less where the map is clamped, wrapped one by one; one node more than \
 the map needs holds what lies beyond its end.";
 
+const PROBE_AFTER_HELP: &str = "\
+On the left the path over the height map, the base triangles of its prisms, and the straight ray that parallax mapping \
+takes for it. On the right the ray's level against the surface's, each march's samples below, and what is around the \
+hit. All of it is computed on the CPU in 64-bit floats; the true hit is the reference's.";
+
 /// The commands of this build.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -55,6 +60,9 @@ pub enum Command {
     /// Makes a cone map or a min-max pyramid of a height map, on the GPU
     #[command(after_help = BAKE_AFTER_HELP)]
     Bake(BakeArgs),
+    /// Draws what one pixel's ray does in the shell: its path, the samples of each march, their hits and the true one
+    #[command(after_help = PROBE_AFTER_HELP)]
+    Probe(ProbeArgs),
     /// Our fastest setting against the fastest pre-tessellated mesh of the same error, on a torus; a Markdown table
     Bench(BenchArgs),
     /// Error against run time: every technique, every baseline, one thing varied at a time; a page with plots and pictures
@@ -192,6 +200,58 @@ fn wrap_name(wrap: Wrap) -> &'static str {
         Wrap::Mirror => "mirror",
         Wrap::Clamp => "clamp",
     }
+}
+
+/// `prism probe SCENE`.
+#[derive(Clone, Debug, Args)]
+pub struct ProbeArgs {
+    /// A glTF 2.0 file, .gltf or .glb
+    pub scene: PathBuf,
+
+    /// Column and row, from 0, row 0 on top
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_hyphen_values = true)]
+    pub pixel: [u32; 2],
+
+    /// The drawing, an SVG [default: probe.svg in the current folder]
+    #[arg(long, value_name = "PROBE.svg", default_value = "probe.svg", hide_default_value = true)]
+    pub out: PathBuf,
+
+    /// Prints the figures as JSON: the prisms, each march's samples and hit, the true hit [default: not printed]
+    #[arg(long)]
+    pub json: bool,
+
+    /// Of the picture that has the pixel
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: Size,
+
+    /// The marches that are followed, each one that traces rays; exact is the true hit
+    /// [default: all that the scene allows]
+    #[arg(long, value_name = "MARCH,…", value_delimiter = ',', value_parser = tracing_march())]
+    pub march: Vec<March>,
+
+    /// Fewest linear steps of a prism, 1 to 4096 [default: 8, or --max-steps where that is less]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub min_steps: Option<u32>,
+
+    /// Most steps of a prism, 1 to 4096 [default: 64, or --min-steps where that is more]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub max_steps: Option<u32>,
+
+    /// Steps after the linear search, or in the last cone, 0 to 64 [default: 8; secant 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub refine_steps: Option<u32>,
+
+    /// Where march secant is content, as a share of the height's range, 0 to 1 [default: 0.01]
+    #[arg(long, value_name = "N", value_parser = share)]
+    pub tolerance: Option<f32>,
+
+    /// What is displaced otherwise than the file says.
+    #[command(flatten)]
+    pub surface: SurfaceArgs,
+
+    /// From where.
+    #[command(flatten)]
+    pub camera: CameraArgs,
 }
 
 /// `prism bench`.
@@ -476,6 +536,18 @@ fn size(text: &str) -> Result<Size, String> {
         Some((Some(width), Some(height))) => Ok(Size { width, height }),
         _ => Err("two whole numbers above 0, as in 1280x720".into()),
     }
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "column and row, whole numbers from 0, as in 640,360".into())
+}
+
+/// The marches that follow a ray.
+fn tracing_march() -> impl TypedValueParser<Value = March> {
+    let names = March::ALL.iter().filter(|march| march.traces()).map(|march| march.name());
+    PossibleValuesParser::new(names)
+        .try_map(|word| March::ALL.iter().copied().find(|march| march.name() == word).ok_or("unknown word"))
 }
 
 fn number(text: &str) -> Option<f64> {

@@ -7,7 +7,7 @@ use prism_engine::{
     scene::{self, Scene},
 };
 
-use super::{camera, console, job::Job, sample::Pose, walk};
+use super::{camera, cli::CameraArgs, console, job::Job, sample::Pose, surface::SurfaceArgs, walk};
 
 /// A scene and where a run through it starts.
 pub struct Loaded {
@@ -24,19 +24,29 @@ pub fn load(job: &Job<'_>, frames: u64) -> Result<Vec<Loaded>> {
     job.walk.files(frames).map(|file| load_one(job, file)).collect()
 }
 
+/// Reads a scene in which nothing moves, and tells its notices. `size`: of the picture.
+pub fn still(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &CameraArgs) -> Result<Loaded> {
+    let (scene, start) = read(file, size, surface, camera)?;
+    Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
+}
+
 fn load_one(job: &Job<'_>, file: &Path) -> Result<Loaded> {
-    let size = job.common.session.size;
-    let aspect = f64::from(size.width) / f64::from(size.height);
-    let mut scene = scene::load(file)?;
-    scene.adjust(&job.common.surface.adjustment())?;
-    let mut scene = scene.with_defaults(aspect);
-    for notice in &scene.notices {
-        console::notice(notice);
-    }
-    let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
-    let start = camera::start(&job.common.camera, &scene, &base)?;
+    let (mut scene, start) = read(file, job.size(), &job.common.surface, &job.common.camera)?;
     for (mesh, _) in job.sample.at(&scene, &start, 0.0).poses {
         scene.meshes[mesh].deforms = true;
     }
     Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
+}
+
+fn read(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &CameraArgs) -> Result<(Scene, Pose)> {
+    let aspect = f64::from(size[0]) / f64::from(size[1]);
+    let mut scene = scene::load(file)?;
+    scene.adjust(&surface.adjustment())?;
+    let scene = scene.with_defaults(aspect);
+    for notice in &scene.notices {
+        console::notice(notice);
+    }
+    let base = scene.camera.unwrap_or_else(|| scene::frame(scene.bounds().unwrap_or_default(), aspect));
+    let start = camera::start(camera, &scene, &base)?;
+    Ok((scene, start))
 }

@@ -20,6 +20,7 @@ mod load;
 pub mod offscreen;
 pub mod picture;
 pub mod png;
+mod probe;
 pub mod sample;
 mod stats;
 mod still;
@@ -72,6 +73,7 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
             draw(&Job::render(args, &still)?)
         }
         Command::Bake(args) => bake::run(&args),
+        Command::Probe(args) => probe::run(&args),
         Command::Bench(args) => crate::bench::run(&args),
         #[cfg(feature = "report")]
         Command::Report(args) => crate::report::run(&args),

@@ -128,6 +128,18 @@ impl Wrap {
             Wrap::Clamp => "clamp",
         }
     }
+
+    /// The texel, of `count`, that stands for texel `index` of the endless row.
+    pub fn index(self, index: i64, count: i64) -> i64 {
+        match self {
+            Wrap::Repeat => index.rem_euclid(count),
+            Wrap::Clamp => index.clamp(0, count - 1),
+            Wrap::Mirror => {
+                let folded = index.rem_euclid(2 * count);
+                folded.min(2 * count - 1 - folded)
+            }
+        }
+    }
 }
 
 /// glTF sampler of a colour texture.

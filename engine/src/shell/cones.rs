@@ -74,14 +74,7 @@ impl Heights {
     }
 
     fn texel(&self, at: [i64; 2]) -> f64 {
-        let [x, y] = [0, 1].map(|axis| {
-            let (i, n) = (at[axis], self.size[axis]);
-            match self.wrap[axis] {
-                Wrap::Repeat => i.rem_euclid(n),
-                Wrap::Clamp => i.clamp(0, n - 1),
-                Wrap::Mirror => i.rem_euclid(2 * n).min(2 * n - 1 - i.rem_euclid(2 * n)),
-            }
-        });
+        let [x, y] = [0, 1].map(|axis| self.wrap[axis].index(at[axis], self.size[axis]));
         self.texels[(y * self.size[0] + x) as usize]
     }
 
@@ -97,12 +90,21 @@ impl Heights {
     pub fn steepness(&self, kind: ConeKind, at: [i64; 2]) -> f64 {
         let cell = self.cell(at);
         let mut steepest = self.near(kind, at).max(1.0);
-        // Beyond one period in UV no height can be out of reach of a cone of ratio 1.
-        for y in -self.size[1] - 1..=self.size[1] + 1 {
-            for x in -self.size[0] - 1..=self.size[0] + 1 {
-                let far = [at[0] + x, at[1] + y];
-                if (x.abs() > 1 || y.abs() > 1) && self.counts(far) {
-                    steepest = steepest.max(self.far(kind, &cell, &self.cell(far), [x, y]));
+        // Square by square around the cell. Beyond one period in UV no height can be out of reach of a cone of ratio 1.
+        let reach = self.size.map(|n| n + 1);
+        let texel = 1.0 / self.size[0].max(self.size[1]) as f64;
+        for ring in 2..=reach[0].max(reach[1]) {
+            // So far away nothing is steeper: no height is over 1.
+            if steepest * (ring - 1) as f64 * texel > 1.0 - cell.range[0] {
+                break;
+            }
+            for y in (-ring).max(-reach[1])..=ring.min(reach[1]) {
+                let step = if y.abs() == ring { 1 } else { 2 * ring };
+                for x in (-ring..=ring).step_by(step as usize).filter(|x| x.abs() <= reach[0]) {
+                    let far = [at[0] + x, at[1] + y];
+                    if self.counts(far) {
+                        steepest = steepest.max(self.far(kind, &cell, &self.cell(far), [x, y]));
+                    }
                 }
             }
         }

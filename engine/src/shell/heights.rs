@@ -45,17 +45,7 @@ impl MapHeights {
     }
 
     fn texel(&self, at: [i64; 2]) -> f64 {
-        let wrapped = |axis: usize| {
-            let (i, n) = (at[axis], self.size[axis]);
-            match self.wrap[axis] {
-                Wrap::Repeat => i.rem_euclid(n),
-                Wrap::Clamp => i.clamp(0, n - 1),
-                Wrap::Mirror => {
-                    let i = i.rem_euclid(2 * n);
-                    i.min(2 * n - 1 - i)
-                }
-            }
-        };
+        let wrapped = |axis: usize| self.wrap[axis].index(at[axis], self.size[axis]);
         f64::from(self.texels[(wrapped(1) * self.size[0] + wrapped(0)) as usize])
     }
 

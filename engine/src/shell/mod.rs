@@ -4,6 +4,7 @@
 pub mod bounds;
 pub mod certificate;
 pub mod cones;
+pub mod follow;
 pub mod heights;
 pub mod hierarchy;
 pub mod occlusion;

@@ -71,6 +71,15 @@ impl Procedure {
         [(a - ROUNDING).max(least), (b + ROUNDING).min(greatest)]
     }
 
+    /// Texels along u and v of a map that would hold its features, as its GLSL has them: what marches count steps by.
+    pub fn detail(self) -> [f64; 2] {
+        match self {
+            Procedure::Bricks => [256.0; 2],
+            Procedure::Cobbles => [128.0; 2],
+            Procedure::Waves => [64.0; 2],
+        }
+    }
+
     /// Bounds of the height everywhere.
     pub fn extent(self) -> [f64; 2] {
         [0.0, 1.0]

@@ -16,17 +16,21 @@ mod procedural;
 mod render;
 mod surface;
 mod wall;
+mod way;
 
 #[cfg(test)]
 mod tests;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
-pub use self::render::Shadows;
 use self::{
     height::HeightField,
     prism::{Accept, Found, Ray},
     surface::{Surface, height_fields},
+};
+pub use self::{
+    render::Shadows,
+    way::{Station, Stretch, Way},
 };
 use crate::scene::{Light, Scene};
 

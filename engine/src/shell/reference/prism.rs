@@ -131,6 +131,7 @@ fn plain(ray: &Ray, facet: &Facet, index: usize, accept: Accept) -> Option<Found
 }
 
 /// A stretch of a ray inside a prism, from its near to its far end, over [0, 1].
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Path {
     /// s_k, whose shares of their sum are the λ_k.
     pub(super) s: [Quadratic; 3],
@@ -139,7 +140,7 @@ pub(super) struct Path {
 }
 
 /// All stretches of a ray inside a prism.
-fn paths(ray: &Ray, facet: &Facet, relief: &Relief) -> Vec<Path> {
+pub(super) fn paths(ray: &Ray, facet: &Facet, relief: &Relief) -> Vec<Path> {
     let p = facet.positions.map(|p| ray.project(p));
     let q = facet.lifts.map(|n| ray.project_vector(n));
     let level = |t: f64| -> [DVec2; 3] { std::array::from_fn(|k| p[k] + t * q[k]) };

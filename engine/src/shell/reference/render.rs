@@ -24,14 +24,14 @@ pub enum Shadows {
 }
 
 /// Rays of a camera.
-struct Lens {
-    camera: Camera,
-    size: [f64; 2],
+pub(super) struct Lens {
+    pub(super) camera: Camera,
+    pub(super) size: [f64; 2],
 }
 
 impl Lens {
     /// The ray through pixel (x, y)'s centre: origin, and a direction of which one unit is one unit of view depth.
-    fn ray(&self, x: usize, y: usize) -> (DVec3, DVec3) {
+    pub(super) fn ray(&self, x: usize, y: usize) -> (DVec3, DVec3) {
         let [width, height] = self.size;
         // In units of the half height, so that square pixels come from the picture's own aspect ratio.
         let across = (2.0 * (x as f64 + 0.5) - width) / height;
@@ -50,7 +50,7 @@ impl Lens {
     }
 
     /// Near and far plane.
-    fn depths(&self) -> [f64; 2] {
+    pub(super) fn depths(&self) -> [f64; 2] {
         match self.camera.projection {
             Projection::Perspective { near, far, .. } => [near, far.unwrap_or(f64::INFINITY)],
             Projection::Orthographic { near, far, .. } => [near, far],

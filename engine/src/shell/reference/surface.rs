@@ -90,6 +90,15 @@ impl Outer {
     }
 }
 
+impl Relief {
+    /// The surface's t at λ, and its derivatives by texel coordinates; `field` is the relief's.
+    pub(super) fn surface_t(&self, field: &HeightField, lambda: [f64; 3]) -> (f64, [f64; 2]) {
+        let at: DVec2 = (0..3).map(|k| lambda[k] * self.texel[k]).sum();
+        let (h, slope) = field.sample(at, self.base, self.wrap);
+        ((h - self.midlevel) * self.scale, slope.map(|d| d * self.scale))
+    }
+}
+
 impl Facet {
     /// A point on the level t.
     pub(super) fn point(&self, lambda: [f64; 3], t: f64) -> DVec3 {
@@ -105,9 +114,7 @@ impl Facet {
     /// The displaced surface's t at λ, and its derivatives by texel coordinates.
     pub(super) fn surface_t(&self, fields: &[HeightField], lambda: [f64; 3]) -> (f64, [f64; 2]) {
         let Some(relief) = &self.relief else { return (0.0, [0.0; 2]) };
-        let at: DVec2 = (0..3).map(|k| lambda[k] * relief.texel[k]).sum();
-        let (h, slope) = fields[relief.field].sample(at, relief.base, relief.wrap);
-        ((h - relief.midlevel) * relief.scale, slope.map(|d| d * relief.scale))
+        relief.surface_t(&fields[relief.field], lambda)
     }
 
     /// The surface's normal on its front, not unit: DESIGN section 4, with `slope` = ∂t/∂(texel coordinates).

@@ -1,0 +1,181 @@
+//! `prism probe`: what one pixel's ray does in the shell, drawn and in figures.
+
+mod chart;
+mod figure;
+mod map;
+mod profile;
+mod record;
+
+use std::{io::Write, path::Path};
+
+use prism_engine::{
+    error::{Error, Result},
+    render::plan,
+    scene::{Camera, Scene},
+    settings::{March, Settings},
+    shell::{
+        follow::{Followed, Marches},
+        reference::{Hit, Reference, Way},
+    },
+};
+
+use super::{
+    choices,
+    classic::ClassicArgs,
+    cli::{LookArgs, ProbeArgs},
+    console, files,
+    load::{self, Loaded},
+};
+
+/// What the output is, in messages.
+const OBJECT: &str = "drawing";
+
+/// One pixel of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixel {
+    /// Column and row, row 0 on top.
+    pub at: [u32; 2],
+    /// Of the picture.
+    pub size: [u32; 2],
+}
+
+/// What was found along a pixel's ray.
+pub struct Probe<'a> {
+    /// What the scene is called.
+    pub name: &'a str,
+    /// Which pixel.
+    pub pixel: Pixel,
+    /// Seen from here.
+    pub camera: &'a Camera,
+    /// The ray.
+    pub way: &'a Way<'a>,
+    /// Where it hits the surface.
+    pub hit: Hit,
+    /// The marches that were asked for.
+    pub followed: Vec<Followed>,
+}
+
+/// Probes and writes what `args` ask for.
+pub fn run(args: &ProbeArgs) -> Result<()> {
+    let extension = args.out.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if extension.as_deref() != Some("svg") {
+        return Err(Error::Usage(format!("--out {}: only .svg is drawn; name it so", args.out.display())));
+    }
+    files::check_target(&args.out, OBJECT)?;
+    let size = [args.size.width, args.size.height];
+    let pixel = Pixel { at: args.pixel, size };
+    pixel.check()?;
+    let Loaded { name, scene, start } = load::still(&args.scene, size, &args.surface, &args.camera)?;
+    let settings = marches(args, &scene)?;
+    let reference = Reference::new(&scene);
+    let way = reference.way(&start.camera, size, pixel.at);
+    let probe = probe(&name, &scene, &start.camera, pixel, &way, &settings)?;
+    write(&args.out, &probe)?;
+    if args.json {
+        console::data(&record::json(&probe))?;
+    }
+    Ok(())
+}
+
+/// Writes the drawing.
+pub fn write(path: &Path, probe: &Probe<'_>) -> Result<()> {
+    let drawing = figure::draw(probe).to_string();
+    files::replace(path, OBJECT, |file| Ok(file.write_all(drawing.as_bytes())?))?;
+    console::notice(format_args!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// Follows each march of `settings` along the pixel's `way`.
+///
+/// # Errors
+/// `Usage` where the pixel shows nothing, or nothing displaced.
+pub fn probe<'a>(
+    name: &'a str,
+    scene: &Scene,
+    camera: &'a Camera,
+    pixel: Pixel,
+    way: &'a Way<'a>,
+    settings: &[Settings],
+) -> Result<Probe<'a>> {
+    let [x, y] = pixel.at;
+    let Some(hit) = way.hit else {
+        return Err(Error::Usage(format!(
+            "--pixel {x},{y}: its ray hits nothing; choose one where `prism render` with the same flags shows a surface"
+        )));
+    };
+    // Prisms beyond the hit are none of the pixel's.
+    if way.stretches.iter().all(|stretch| stretch.at(0.0).distance > hit.distance) {
+        let mesh = &scene.meshes[scene.instances[hit.instance].mesh];
+        let material = &scene.materials[mesh.primitives[hit.primitive].material].name;
+        return Err(Error::Usage(format!(
+            "--pixel {x},{y}: its ray hits a plain surface (material '{material}') and no prism before it, so there is \
+             nothing to march through; choose one on a displaced surface"
+        )));
+    }
+    let mut marches = Marches::new(scene);
+    let followed = settings.iter().map(|settings| marches.follow(way, settings)).collect();
+    Ok(Probe { name, pixel, camera, way, hit, followed })
+}
+
+impl Pixel {
+    /// Refuses one outside the picture.
+    fn check(self) -> Result<()> {
+        let ([x, y], [width, height]) = (self.at, self.size);
+        if x < width && y < height {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "--pixel {x},{y}: the picture of {width}x{height} ends at {},{}; choose one in it, or another --size",
+            width - 1,
+            height - 1
+        )))
+    }
+}
+
+/// The settings of each march that is drawn, as the command line would have them in a shell.
+fn marches(args: &ProbeArgs, scene: &Scene) -> Result<Vec<Settings>> {
+    let chosen: Vec<March> = match &args.march[..] {
+        [] => March::ALL.iter().copied().filter(|march| march.traces() && plan::allows(scene, *march)).collect(),
+        some => some.to_vec(),
+    };
+    let takes = |flag: &str, given: bool, takes: fn(March) -> bool| match given && !chosen.iter().any(|m| takes(*m)) {
+        true => Err(Error::Usage(format!("{flag}: no march of --march takes it; add one that does, or drop it"))),
+        false => Ok(()),
+    };
+    takes("--min-steps", args.min_steps.is_some(), March::steps)?;
+    takes("--max-steps", args.max_steps.is_some(), |march| march != March::Exact)?;
+    takes("--refine-steps", args.refine_steps.is_some(), March::refines)?;
+    takes("--tolerance", args.tolerance.is_some(), |march| march == March::Secant)?;
+    let mut all = Vec::new();
+    for march in chosen {
+        if !plan::allows(scene, march) {
+            return Err(Error::Usage(format!(
+                "--march {march}: cones are of height maps, and this scene's is a function"
+            )));
+        }
+        let look = LookArgs {
+            march: Some(march),
+            min_steps: args.min_steps.filter(|_| march.steps()),
+            max_steps: args.max_steps.filter(|_| march != March::Exact),
+            refine_steps: args.refine_steps.filter(|_| march.refines()),
+            ..LookArgs::default()
+        };
+        let classic =
+            ClassicArgs { tolerance: args.tolerance.filter(|_| march == March::Secant), ..ClassicArgs::default() };
+        let settings = choices::settings(&look, &classic, &Settings::default())?;
+        // What is exact is the reference's own hit, and always drawn.
+        if march != March::Exact {
+            all.push(settings);
+        }
+    }
+    Ok(all)
+}
+
+impl Probe<'_> {
+    /// How far a march ended behind the true hit, in pixel footprints; before it where negative, none where it missed.
+    pub fn error(&self, followed: &Followed) -> Option<f64> {
+        let height = self.pixel.size[1];
+        let footprint = prism_engine::measure::footprint(self.camera, height, self.hit.distance);
+        Some((followed.distance? - self.hit.distance) / footprint)
+    }
+}
