@@ -23,7 +23,8 @@ use super::{
 const SIZE: (u32, u32) = (900, 560);
 /// For the names of the curves.
 const LEGEND: u32 = 220;
-const ROW: i32 = 19;
+/// Height of a name; less where there are many.
+const ROW: i32 = 20;
 /// Errors below this are drawn at it: the least decade of the axis.
 pub const LEAST_ERROR: f64 = 1e-5;
 /// The same of FLIP, which a picture in 8 bits cannot tell from none.
@@ -283,6 +284,7 @@ fn tick(value: f64) -> String {
 
 fn legend(area: &Area<'_>, axes: &Axes<'_>, curves: &[Curve]) -> Result<()> {
     let style = TextStyle::from((FONT, 15).into_font()).color(&INK);
+    let row = ROW.min((SIZE.1 as i32 - 40) / (curves.len() as i32 + 1));
     let mut top = 20;
     for curve in curves {
         let line = vec![(6, top + 7), (34, top + 7)];
@@ -290,7 +292,7 @@ fn legend(area: &Area<'_>, axes: &Axes<'_>, curves: &[Curve]) -> Result<()> {
             .map_err(failed)?;
         area.draw(&(EmptyElement::at((20, top + 7)) + marker(curve))).map_err(failed)?;
         area.draw(&Text::new(curve.name.clone(), (42, top), style.clone())).map_err(failed)?;
-        top += ROW;
+        top += row;
     }
     if !axes.front.is_empty() {
         let line = vec![(6, top + 7), (34, top + 7)];
