@@ -128,14 +128,12 @@ fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
         own.filter_map(|point| Some([point.x?, y(point)])).collect()
     };
     let ms = |point: &Point| point.place()[0];
-    let mut found: Vec<String> = names
-        .iter()
-        .map(|name| {
-            let exponent = |y| fit::slope(&curve(name, y)).map_or("none".to_owned(), |k| format!("{k:.2}"));
-            let (time, error) = (exponent(ms), exponent(|point| point.metrics.depth_p99));
-            format!("{name}: time grows with the power {time} of {varies}, the error with {error}.")
-        })
-        .collect();
+    let grown = |name: &&str| {
+        let (time, error) = (fit::slope(&curve(name, ms))?, fit::slope(&curve(name, |p| p.metrics.depth_p99)));
+        let error = error.map_or(String::new(), |k| format!(", the error with {k:.2}"));
+        Some(format!("{name}: time grows with the power {time:.2} of {varies}{error}."))
+    };
+    let mut found: Vec<String> = names.iter().filter_map(grown).collect();
     found.extend(at_equal_error(points, varies));
     found
 }
