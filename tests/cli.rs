@@ -479,3 +479,22 @@ fn a_failed_write_leaves_the_old_file() {
     call.run().ends(1);
     assert_eq!(fs::read_to_string(&path).expect("the file"), "the old one");
 }
+
+#[test]
+fn a_plan_is_explained_as_text_and_as_json() {
+    let outcome = prism("explain").arg(asset("suzanne.gltf")).words("--json").succeeds();
+    let told: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap_or_else(|e| panic!("{e}: {outcome}"));
+    let folds = told["folds"].as_array().expect("a list");
+    assert!(folds.iter().all(|fold| fold["r"].as_f64().is_some_and(|r| (0.0..1.0).contains(&r))), "{folds:?}");
+    // The notice counts what is listed.
+    assert!(outcome.stderr.contains(&format!(": {} shell normals are shortened", folds.len())), "{outcome}");
+    for list in ["decisions", "primitives", "passes", "pipelines", "buffers", "images"] {
+        assert!(told[list].as_array().is_some_and(|list| !list.is_empty()), "{list}: {outcome}");
+    }
+    let text = prism("explain prism_shell --self-shadow hard").succeeds().stdout;
+    for line in ["  left out  alphaMode MASK", "  kept      self-shadow ", "passes of a frame", "pipelines: "] {
+        assert!(text.contains(line), "no '{line}' in {text}");
+    }
+    prism("explain nothing").run().ends(2);
+    prism("explain prism_shell --march none").run().ends(2);
+}

@@ -254,6 +254,10 @@ pub struct Settings {
     pub count_limits: bool,
     /// Replaces the shell.
     pub baseline: Option<Baseline>,
+    /// Neither instances nor lights move while these are in force: what only their motion could need is left out.
+    pub still: bool,
+    /// Keep what the plan would leave out though it could be there: for comparison, the picture is the same.
+    pub keep_all: bool,
 }
 
 impl Default for Settings {
@@ -285,6 +289,8 @@ impl Default for Settings {
             msaa: 1,
             count_limits: false,
             baseline: None,
+            still: false,
+            keep_all: false,
         }
     }
 }

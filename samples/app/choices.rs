@@ -22,6 +22,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
         settings.silhouette = args.silhouette.unwrap_or(base.silhouette);
         settings.depth_offset = args.depth_offset.unwrap_or(base.depth_offset);
     }
+    settings.keep_all = args.keep_all || base.keep_all;
     settings.depth_prepass = args.depth_prepass.unwrap_or(base.depth_prepass);
     settings.msaa = args.msaa.unwrap_or(base.msaa);
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);

@@ -57,6 +57,8 @@ pub enum Command {
     Run(RunArgs),
     /// Renders one frame of a glTF file offscreen
     Render(RenderArgs),
+    /// What a scene or a sample needs, what was left out, and why
+    Explain(ExplainArgs),
     /// Makes a cone map or a min-max pyramid of a height map, on the GPU
     #[command(after_help = BAKE_AFTER_HELP)]
     Bake(BakeArgs),
@@ -71,7 +73,7 @@ pub enum Command {
 }
 
 /// `prism run SAMPLE`.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct RunArgs {
     /// One of `prism list`
     pub sample: String,
@@ -126,6 +128,40 @@ pub struct RenderArgs {
     /// What is common with `run`.
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// `prism explain SCENE|SAMPLE`.
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    /// A glTF 2.0 file, .gltf or .glb, or one of `prism list`
+    #[arg(value_name = "SCENE|SAMPLE")]
+    pub what: PathBuf,
+
+    /// Which one, of a sample of several scenes; the file, of viewer [default: the first]
+    #[arg(long, value_name = "FILE|NAME|NUMBER", allow_hyphen_values = true)]
+    pub scene: Option<PathBuf>,
+
+    /// Prints JSON in place of text [default: off]
+    #[arg(long)]
+    pub json: bool,
+
+    /// Of the picture that it is explained for, in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: Size,
+
+    /// The device that it is explained for, by its index or a part of its name [default: the best]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+
+    /// How it is drawn.
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// The same, of the classic techniques.
+    #[command(flatten)]
+    pub classic: ClassicArgs,
+    /// What is drawn otherwise than the file says.
+    #[command(flatten)]
+    pub surface: SurfaceArgs,
 }
 
 /// The device and the shaders of a command that is no sample.
@@ -437,6 +473,10 @@ pub struct LookArgs {
     /// Samples of a pixel: 4 smooth every outline, a shell's too; surface data keep one [default: 1]
     #[arg(long, value_name = "1|4", value_parser = PossibleValuesParser::new(["1", "4"]).map(|word| if word == "4" { 4u32 } else { 1 }))]
     pub msaa: Option<u32>,
+
+    /// Keeps what `prism explain` says is left out, where it could be there: the same picture, for comparison [default: off]
+    #[arg(long)]
+    pub keep_all: bool,
 }
 
 /// What replaces the scene's camera.

@@ -12,7 +12,7 @@ use prism_engine::{
 
 use super::{
     assets, choices,
-    cli::{CommonArgs, RenderArgs, RunArgs},
+    cli::{CommonArgs, ExplainArgs, RenderArgs, RunArgs, SessionArgs},
     console, files,
     sample::{Sample, Source},
     still::Still,
@@ -43,8 +43,9 @@ pub struct Job<'a> {
 }
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
-fn settings(args: &CommonArgs, base: &Settings) -> Result<Settings> {
-    Ok(Settings { count_limits: args.session.stats, ..choices::settings(&args.look, &args.classic, base)? })
+fn settings(args: &CommonArgs, sample: &dyn Sample) -> Result<Settings> {
+    let settings = choices::settings(&args.look, &args.classic, &sample.settings())?;
+    Ok(Settings { count_limits: args.session.stats, still: !sample.moves(), ..settings })
 }
 
 impl<'a> Job<'a> {
@@ -78,7 +79,7 @@ impl<'a> Job<'a> {
         let job = Job {
             sample,
             walk,
-            settings: settings(&args.common, &sample.settings())?,
+            settings: settings(&args.common, sample)?,
             window,
             frames: if window { args.frames } else { Some(args.frames.unwrap_or(1)) },
             time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(HEADLESS_STEP)) },
@@ -97,7 +98,7 @@ impl<'a> Job<'a> {
         let stem = args.scene.file_stem().map_or("frame".into(), |stem| stem.to_string_lossy().into_owned());
         let job = Job {
             sample: still,
-            settings: settings(&args.common, &still.settings())?,
+            settings: settings(&args.common, still)?,
             window: false,
             frames: Some(args.frames.unwrap_or(1)),
             time_step: Some(0.0),
@@ -107,6 +108,22 @@ impl<'a> Job<'a> {
         };
         job.check_files()?;
         Ok(job)
+    }
+
+    /// `prism explain`: a sample by its name, else a file. `still` is the sample that draws it as it is.
+    pub fn explain(args: &ExplainArgs, samples: &[&'a dyn Sample], still: &'a Still) -> Result<Job<'a>> {
+        let session = SessionArgs { size: args.size, gpu: args.gpu.clone(), ..SessionArgs::default() };
+        let (look, classic, surface) = (args.look.clone(), args.classic.clone(), args.surface.clone());
+        let common = CommonArgs { look, classic, surface, session, ..CommonArgs::default() };
+        let id = args.what.to_string_lossy();
+        if samples.iter().any(|sample| sample.id() == id) || args.what.extension().is_none() {
+            let run = RunArgs { sample: id.into_owned(), scene: args.scene.clone(), common, ..RunArgs::default() };
+            return Job::run(RunArgs { headless: true, ..run }, samples);
+        }
+        if args.scene.is_some() {
+            return usage("--scene chooses one of a sample's, and this is a file; drop it".into());
+        }
+        Job::render(RenderArgs { scene: args.what.clone(), headless: true, frames: None, out: None, common }, still)
     }
 
     /// Width and height of the picture, or of the window when it opens.

@@ -10,6 +10,7 @@ pub mod cli;
 pub mod console;
 mod devices;
 mod drawing;
+mod explain;
 mod exr;
 pub mod files;
 pub mod grid;
@@ -71,6 +72,10 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
         Command::Render(args) => {
             let still = Still(args.scene.clone());
             draw(&Job::render(args, &still)?)
+        }
+        Command::Explain(args) => {
+            let still = Still(args.what.clone());
+            explain::run(&args, &Job::explain(&args, samples, &still)?)
         }
         Command::Bake(args) => bake::run(&args),
         Command::Probe(args) => probe::run(&args),

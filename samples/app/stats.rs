@@ -33,7 +33,26 @@ pub fn report(
         "shaders",
         format!("{} compiled in {:.1} ms, {} from the cache", compiled.misses, compiled.compile_ms, compiled.hits),
     );
-    for (name, pipeline) in renderer.pipelines() {
+    let pipelines = renderer.pipelines();
+    let mut variants: Vec<String> = Vec::new();
+    for shader in pipelines.iter().flat_map(|(_, pipeline)| pipeline.shaders()) {
+        let label = shader.label();
+        if !variants.contains(&label) {
+            variants.push(label);
+        }
+    }
+    let created: Vec<_> = pipelines.iter().filter_map(|(_, pipeline)| pipeline.creation()).collect();
+    line(
+        "pipelines",
+        format!(
+            "{} of {} shader variants, created in {:.1} ms, {} from the cache",
+            pipelines.len(),
+            variants.len(),
+            created.iter().map(|creation| creation.ms).sum::<f64>(),
+            created.iter().filter(|creation| creation.cached).count()
+        ),
+    );
+    for (name, pipeline) in pipelines {
         // From the SPIR-V itself, so that one stage cannot pose as another.
         let models: Vec<&str> = pipeline.execution_models().into_iter().map(execution_model).collect();
         line(&format!("pipeline {name}"), models.join("+"));

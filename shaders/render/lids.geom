@@ -15,7 +15,7 @@ layout(location = 1) out float out_level;
 
 void main() {
     uint prism = uint(gl_PrimitiveIDIn);
-    if (has_flag(prisms.item[prism].corners.w, PLAIN)) {
+    if (is_plain(prisms.item[prism].corners.w)) {
         return;
     }
     for (int i = 0; i < 3; ++i) {

@@ -54,7 +54,7 @@ void main() {
     }
     prism.t0 = data.range.x;
     prism.t1 = data.range.y;
-    prism.plain = has_flag(data.corners.w, PLAIN);
+    prism.plain = is_plain(data.corners.w);
     MarchSettings settings = march_settings();
 
     ShellHit hit = prism_trace(projected, prism, settings, depth, slope, frame.lens.z, object.handedness.x);

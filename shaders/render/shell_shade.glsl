@@ -21,9 +21,13 @@
 #include "render/shell_shadow.glsl"
 #endif
 
-// The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
 // A depth pre-pass and the shading after it are to agree on it.
+#ifdef DEPTH_BEHIND
+// The raster depth is nearer than all that the fragment can hit, so in reversed depth the hit's is less.
 layout(depth_less) invariant out float gl_FragDepth;
+#else
+invariant gl_FragDepth;
+#endif
 
 // The target's point whose ray the fragment traces: the pixel's centre, or that of the sample which it is alone for.
 vec2 ray_point() {

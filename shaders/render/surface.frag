@@ -30,7 +30,20 @@ layout(location = 4) PER_SAMPLE in vec2 in_height_uv;
 
 #if defined(DEPTH_OFFSET) || defined(DEPTH_SHIFT)
 // A depth pre-pass and the shading after it are to agree on it.
+#ifdef DEPTH_BEHIND
+layout(depth_less) invariant out float gl_FragDepth;
+#else
 invariant gl_FragDepth;
+#endif
+
+// Where the surface lies behind the raster's depth it is said so, and rounding may not make it a lie.
+float surface_depth(float view_depth) {
+    float depth = buffer_depth(view_depth);
+#ifdef DEPTH_BEHIND
+    depth = min(depth, gl_FragCoord.z);
+#endif
+    return depth;
+}
 #endif
 
 vec3 toward_eye(Object object, vec3 position) {
@@ -160,7 +173,7 @@ void main() {
     if (view_depth < frame.lens.z || view_depth > frame.lens.w) {
         discard;
     }
-    gl_FragDepth = buffer_depth(view_depth);
+    gl_FragDepth = surface_depth(view_depth);
 #endif
 #ifdef DEPTH_SHIFT
     // Along the ray, away from the eye; what is shaded stays where it is.
@@ -170,7 +183,7 @@ void main() {
 #endif
     vec3 from_eye = transform_point(object.world_x, object.world_y, object.world_z, position);
     float along_view = object.eye.w != 0.0 ? dot(normalize(from_eye), frame.forward.xyz) : 1.0;
-    gl_FragDepth = buffer_depth(max(view_depth + share * material.classic.z * along_view, frame.lens.z));
+    gl_FragDepth = surface_depth(max(view_depth + share * material.classic.z * along_view, frame.lens.z));
 #endif
 #ifndef DEPTH_ONLY
 #ifdef HAS_HEIGHT

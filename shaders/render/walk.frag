@@ -59,7 +59,7 @@ void main() {
         depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
         slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
     }
-    shaded.plain = has_flag(corners.w, PLAIN);
+    shaded.plain = is_plain(corners.w);
     float hit_depth = depth_at(hit.lambda, hit.t, depth, slope);
     if (hit_depth < frame.lens.z || hit_depth > frame.lens.w) {
         discard;

@@ -50,7 +50,7 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
     }
     WalkHit best = WalkHit(false, id, 0.0, vec3(0.0), -1, 0);
     float near = frame.lens.z, best_depth = 1e30;
-    if (has_flag(corners.w, PLAIN)) {
+    if (is_plain(corners.w)) {
         ShellHit plain = plain_trace(projected, settings.two_sided, depth, near, ray.handedness);
         return WalkHit(plain.hit, id, 0.0, plain.lambda, -1, 0);
     }

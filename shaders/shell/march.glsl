@@ -290,6 +290,7 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
                      PathEnd leave, bool chord, out int wall, inout int limits) {
     wall = -1;
     bool above = entry.t >= surface_level(settings, entry.uv);
+#ifndef NO_STEPS
     if (entry.wall < 3 && prism.wall[entry.wall] != WALL_SAME) {
         // A step between the neighbour's surface and ours: hit from above theirs to below ours, or, where theirs is hit
         // from behind too, from below theirs to above ours. Beyond an open border there is nothing; a closed one is a
@@ -303,17 +304,19 @@ float march_interval(ProjectedPrism projected, Prism prism, MarchSettings settin
             return 0.0;
         }
     }
+#endif
     float along = search(settings, path, entry, leave, chord, above, limits);
     if (along > 1.0 && leave.wall < 3) {
-        uint kind = prism.wall[leave.wall];
         if (above && leave.t < surface_level(settings, leave.uv)) {
             // The neighbour will find the ray below, by these same operations: the hit is ours, however late.
             return 1.0;
         }
-        if (steps_out(kind, above, leave.t, settings.two_sided)) {
+#ifndef NO_STEPS
+        if (steps_out(prism.wall[leave.wall], above, leave.t, settings.two_sided)) {
             wall = leave.wall;
             return 1.0;
         }
+#endif
     }
     return along;
 }

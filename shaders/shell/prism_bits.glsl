@@ -36,9 +36,22 @@ bool at_brink(uint bits, int corner) {
     return has_flag(bits, BRINK + corner);
 }
 
-// WALL_*
+// WALL_*. NO_STEPS: at all of the includer's walls the surface goes on at the same height, or ends.
 uint wall_kind(uint bits, int wall) {
+#ifdef NO_STEPS
+    return WALL_SAME;
+#else
     return bitfieldExtract(bits, 3 * wall, 3);
+#endif
+}
+
+// NO_PLAIN: none of the includer's prisms is.
+bool is_plain(uint bits) {
+#ifdef NO_PLAIN
+    return false;
+#else
+    return has_flag(bits, PLAIN);
+#endif
 }
 
 uint with_wall_kind(uint bits, int wall, uint kind) {

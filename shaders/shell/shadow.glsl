@@ -103,7 +103,7 @@ bool prism_blocks(WalkRay ray, ShadowWay way, MarchSettings settings, uint id, f
     vec4 range = walk_range(id);
     prism.t0 = range.x;
     prism.t1 = range.y;
-    prism.plain = has_flag(corners.w, PLAIN);
+    prism.plain = is_plain(corners.w);
     ShellHit hit = prism_trace(projected, prism, settings, distance, slope, near, ray.handedness);
     limits += hit.limits;
     return hit.hit && hit.depth < way.reach;
@@ -115,7 +115,7 @@ bool shadow_blocked(ShadowStart start, ShadowWay way, MarchSettings settings, in
     WalkTrail trail = NO_TRAIL;
     float left = 0.0;
     settings.two_sided = true;
-    if (has_flag(walk_corners(start.prism).w, PLAIN)) {
+    if (is_plain(walk_corners(start.prism).w)) {
         walk_pass(start.prism, trail);
     } else {
         bool on_wall = start.wall >= 0;

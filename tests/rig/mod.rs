@@ -16,7 +16,10 @@ use glam::Vec3;
 use prism_engine::{
     aov::Aov,
     error::Result,
-    gpu::{Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, Shader, ShaderCompiler, ShaderStage, vk},
+    gpu::{
+        Access, Context, ContextDesc, Feature, Frames, Image, ImageDesc, PassTimers, Pipeline, Shader, ShaderCompiler,
+        ShaderStage, read_image, vk,
+    },
     render::{
         self, Output, Renderer,
         deform::{Pose, Vectors},
@@ -48,6 +51,9 @@ pub fn shader_folder() -> Option<PathBuf> {
     std::env::var_os("PRISM_SHADERS").map(PathBuf::from)
 }
 
+/// Format of the picture.
+pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+
 /// A device that has both stages.
 pub struct Rig {
     compiler: ShaderCompiler,
@@ -57,8 +63,12 @@ pub struct Rig {
 impl Rig {
     /// The first device that serves.
     pub fn new() -> Rig {
-        let required = [Feature::MeshShader, Feature::GeometryShader, Feature::FragmentStoresAndAtomics];
-        let desc = ContextDesc { app: "prism tests", required: &required, ..ContextDesc::default() };
+        Rig::asking(&[Feature::MeshShader, Feature::GeometryShader, Feature::FragmentStoresAndAtomics])
+    }
+
+    /// The first device that has these features, and nothing more enabled.
+    pub fn asking(required: &[Feature]) -> Rig {
+        let desc = ContextDesc { app: "prism tests", required, ..ContextDesc::default() };
         let ctx = Context::new(&desc).unwrap_or_else(|error| panic!("{error}"));
         Rig { compiler: render::shader_compiler(shader_folder().as_deref()).expect("a compiler"), ctx }
     }
@@ -66,6 +76,11 @@ impl Rig {
     /// Name and driver of the device.
     pub fn device(&self) -> String {
         format!("{}, {}", self.ctx.device_name(), self.ctx.driver().trim())
+    }
+
+    /// What is enabled on the device.
+    pub fn context(&self) -> &Context {
+        &self.ctx
     }
 
     /// Names of all allocations on the device.
@@ -80,8 +95,13 @@ impl Rig {
 
     /// The same, or why it cannot be.
     pub fn try_easel(&self, scene: &Scene, settings: &Settings, extent: [u32; 2]) -> Result<Easel> {
-        let format = vk::Format::R8G8B8A8_SRGB;
-        let output = Output { color_format: format, aov: true };
+        self.try_easel_with(scene, settings, extent, true)
+    }
+
+    /// The same, with AOVs or without.
+    pub fn try_easel_with(&self, scene: &Scene, settings: &Settings, extent: [u32; 2], aov: bool) -> Result<Easel> {
+        let format = FORMAT;
+        let output = Output { color_format: format, aov };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
         let desc = ImageDesc { name: "picture", extent, format, usage, ..ImageDesc::default() };
         Ok(Easel {
@@ -124,6 +144,34 @@ impl Easel {
         self.frames.submit_and_wait(frame).expect("drawn");
         self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
         self.renderer.read_aov().expect("its AOVs")
+    }
+
+    /// Records a frame that is not drawn, which takes lavapipe no compilation: the names of its passes, in order.
+    pub fn passes(&mut self, camera: &Camera) -> Vec<String> {
+        let mut timers = PassTimers::new(&self.ctx, 16, 1).expect("timers");
+        let mut frame = self.frames.begin().expect("the last frame has run");
+        frame.cmd.image_barrier(&self.target, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
+        let slot = frame.slot();
+        self.renderer.record(&mut frame.cmd, slot, camera, &self.target, Some(&mut timers)).expect("recorded");
+        drop(frame);
+        self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
+        timers.resolve(slot).into_iter().map(|pass| pass.name.to_string()).collect()
+    }
+
+    /// One frame's picture, RGBA.
+    pub fn picture(&mut self, camera: &Camera) -> Vec<u8> {
+        let mut frame = self.frames.begin().expect("the last frame has run");
+        frame.cmd.image_barrier(&self.target, Access::COLOR_WRITE.discarded(), Access::COLOR_WRITE);
+        let slot = frame.slot();
+        self.renderer.record(&mut frame.cmd, slot, camera, &self.target, None).expect("recorded");
+        self.frames.submit_and_wait(frame).expect("drawn");
+        self.ctx.validation_log().check().unwrap_or_else(|error| panic!("{error}"));
+        read_image(&self.ctx, &self.target, Access::COLOR_WRITE).expect("the picture")
+    }
+
+    /// Every pipeline that a frame binds, by name.
+    pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
+        self.renderer.pipelines()
     }
 
     /// The plan in force.

@@ -42,11 +42,11 @@ pub use frame::{Frame, Frames, run_once};
 pub use memory::{
     Buffer, BufferDesc, Image, ImageDesc, MemoryLocation, Sampler, SamplerDesc, Uploader, format_bytes, full_mip_count,
 };
-pub use pipeline::{DepthState, GraphicsDesc, Pipeline, VertexLayout};
+pub use pipeline::{Creation, DepthState, GraphicsDesc, Pipeline, VertexLayout};
 pub use queries::{PassTime, PassTimers, Statistics};
 pub use readback::{read_buffer, read_image, readback_buffer};
 pub use retire::Ticket;
-pub use select::{DeviceReport, list_devices, supported_features};
+pub use select::{DeviceReport, chosen_device, list_devices, supported_features};
 pub use shader::{BindingInfo, BlockMember, CompileStats, Reflection, Shader, ShaderCompiler, ShaderStage};
 #[cfg(feature = "window")]
 pub use swapchain::{Swapchain, Target};

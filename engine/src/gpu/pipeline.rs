@@ -102,6 +102,26 @@ pub struct Pipeline {
     bind_point: vk::PipelineBindPoint,
     shaders: Vec<Arc<Shader>>,
     name: String,
+    creation: Option<Creation>,
+}
+
+/// What making a pipeline took, as the driver tells it. Some compile later, at the first draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Creation {
+    /// Milliseconds.
+    pub ms: f64,
+    /// It was in the pipeline cache.
+    pub cached: bool,
+}
+
+impl Creation {
+    fn new(feedback: vk::PipelineCreationFeedback) -> Option<Self> {
+        let has = |flag| feedback.flags.contains(flag);
+        has(vk::PipelineCreationFeedbackFlags::VALID).then(|| Creation {
+            ms: feedback.duration as f64 * 1e-6,
+            cached: has(vk::PipelineCreationFeedbackFlags::APPLICATION_PIPELINE_CACHE_HIT),
+        })
+    }
 }
 
 impl Pipeline {
@@ -144,6 +164,8 @@ impl Pipeline {
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(desc.color_formats)
             .depth_attachment_format(desc.depth_format.unwrap_or_default());
+        let mut feedback = vk::PipelineCreationFeedback::default();
+        let mut told = vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(&mut feedback);
         let mut info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .viewport_state(&viewport)
@@ -153,12 +175,14 @@ impl Pipeline {
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
             .layout(pipeline.layout)
-            .push_next(&mut rendering);
+            .push_next(&mut rendering)
+            .push_next(&mut told);
         if !desc.shaders.iter().any(|s| s.stage == ShaderStage::Mesh) {
             info = info.vertex_input_state(&vertex_input).input_assembly_state(&assembly);
         }
         // SAFETY: everything in the chain lives until the call returns.
         let raw = unsafe { ctx.device().create_graphics_pipelines(ctx.inner().pipeline_cache, &[info], None) };
+        pipeline.creation = Creation::new(feedback);
         pipeline.finish(raw)?;
         Ok(pipeline)
     }
@@ -204,6 +228,7 @@ impl Pipeline {
             bind_point,
             shaders: shaders.iter().map(|s| (*s).clone()).collect(),
             name: name.to_owned(),
+            creation: None,
         };
         let stages = shaders.iter().fold(vk::ShaderStageFlags::empty(), |all, s| all | s.stage.flag());
         pipeline.make_layout(stages).map_err(|e| Error::gpu(doing(), e))?;
@@ -287,6 +312,11 @@ impl Pipeline {
     /// Debug name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What making it took; none where the driver does not tell, and of compute pipelines.
+    pub fn creation(&self) -> Option<Creation> {
+        self.creation
     }
 
     /// Bytes of push constants that the shaders read.

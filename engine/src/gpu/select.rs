@@ -42,6 +42,16 @@ pub fn list_devices(validation: Validation, required: &[Feature]) -> Result<Vec<
     Ok(candidates(&instance, &masks, required, None)?.into_iter().map(|c| c.report).collect())
 }
 
+/// The device that `selector` names (an index, or part of a name in any case), else the one that is used without it.
+///
+/// # Errors
+/// [`Error::Unsupported`] where there is none.
+pub fn chosen_device(selector: Option<&str>) -> Result<DeviceReport> {
+    let masks = Masks::new(&[])?;
+    let instance = Instance::new("prism explain", Validation::Off, &[])?;
+    Ok(choose(candidates(&instance, &masks, &[], None)?, selector)?.report)
+}
+
 /// Tells whether a device's queue family can present to the window.
 pub(super) type CanPresent<'a> = &'a dyn Fn(vk::PhysicalDevice, u32) -> bool;
 

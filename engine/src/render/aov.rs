@@ -28,12 +28,15 @@ impl AovTargets {
         vk::Format::R32G32_SFLOAT,
     ];
 
+    /// Their names and formats.
+    pub fn targets() -> impl Iterator<Item = (&'static str, vk::Format)> {
+        TARGETS.iter().map(|(name, _)| *name).zip(Self::FORMATS)
+    }
+
     /// Creates them.
     pub fn new(ctx: &Context, extent: [u32; 2]) -> Result<Self> {
-        let images = TARGETS
-            .iter()
-            .zip(Self::FORMATS)
-            .map(|((name, _), format)| {
+        let images = Self::targets()
+            .map(|(name, format)| {
                 Image::new(
                     ctx,
                     &ImageDesc {

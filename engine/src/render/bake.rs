@@ -39,7 +39,7 @@ pub fn min_max(
 
 fn upload(ctx: &Context, file: &Path, map: &HeightMap, wrap: [Wrap; 2]) -> Result<(Image, Sampler)> {
     let mut uploader = Uploader::new(ctx)?;
-    let image = upload_height(ctx, &mut uploader, file, map)?;
+    let image = upload_height(ctx, &mut uploader, file, map, false)?;
     uploader.finish()?;
     Ok((image, height_sampler(ctx, wrap)?))
 }

@@ -6,7 +6,7 @@ use super::layout::{BoxNode, Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{PlannedPrimitive, source};
 use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
-use crate::settings::{Horizon, Settings};
+use crate::settings::{Horizon, Settings, Stage};
 use crate::shell::{
     hierarchy,
     prisms::{self, MAX_OTHERS},
@@ -61,11 +61,14 @@ impl WalkData {
         WalkData {
             adjacency: walk.neighbours.as_flattened().to_vec(),
             lids: walk.lids.iter().map(|levels| DVec2::from_array(*levels).as_vec2()).collect(),
-            borders: walk.borders.clone(),
+            borders: if planned.lids.is_some() { walk.borders.clone() } else { Vec::new() },
             border_count: walk.border_count,
             // What a pose folds opens a border.
             open: planned.deforms || walk.is_open(),
-            meshlets: meshlets::build(&primitive.positions, &primitive.triangles, displaced),
+            meshlets: match planned.lids {
+                Some(Stage::Mesh) => meshlets::build(&primitive.positions, &primitive.triangles, displaced),
+                _ => Meshlets::default(),
+            },
         }
     }
 }
@@ -88,8 +91,10 @@ impl PrimitiveData {
             .map(|v| {
                 let height_uv = height_uv.get(v).copied().unwrap_or_default();
                 let (uv0, uv1) = (uv(0, v), uv(1, v));
+                // Where all heights are the same, the triangles themselves are moved to them.
+                let lift = planned.offset.unwrap_or(0.0) * planned.shell_normals[v].as_dvec3();
                 Vertex {
-                    position: (primitive.positions[v].as_dvec3() - center).as_vec3().extend(0.0),
+                    position: (primitive.positions[v].as_dvec3() + lift - center).as_vec3().extend(0.0),
                     shell: planned.shell_normals[v].extend(height_uv.x),
                     normal: primitive.normals[v].extend(height_uv.y),
                     tangent: primitive.tangents.get(v).copied().unwrap_or_default(),
@@ -99,14 +104,17 @@ impl PrimitiveData {
             .collect();
         let traced = !planned.shell.prisms.is_empty();
         // The geometry stage makes lids of them.
-        let indices = if traced && planned.walk.is_none() { Vec::new() } else { primitive.triangles.clone() };
+        let indexed = !traced || planned.lids == Some(Stage::Geometry);
+        let indices = if indexed { primitive.triangles.clone() } else { Vec::new() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
             let (low, high) = scene.displacement_range(primitive);
             let scale = primitive.displacement_scale;
             let [width, height] = map_size(scene, d.source);
             data.height_size = Vec4::new(width, height, 0.0, 0.0);
-            data.displacement = Vec4::new(scale as f32, d.midlevel as f32, low as f32, high as f32);
+            // A surface without a field has the height that is said to be its midlevel.
+            let midlevel = d.midlevel + planned.offset.map_or(0.0, |level| level / scale);
+            data.displacement = Vec4::new(scale as f32, midlevel as f32, low as f32, high as f32);
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             let least = settings.uv_min.map_or(least, Vec2::from);
             let greatest = settings.uv_max.map_or(greatest, Vec2::from);
@@ -128,6 +136,31 @@ impl PrimitiveData {
             extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
             material: data,
         }
+    }
+}
+
+impl PrimitiveData {
+    /// What of it is uploaded, by its name after the primitive's, and in bytes.
+    pub fn buffers(&self) -> Vec<(&'static str, usize)> {
+        let mut buffers = vec![
+            ("indices", size_of_val(&self.indices[..])),
+            ("vertices", size_of_val(&self.vertices[..])),
+            ("prisms", size_of_val(&self.prisms[..])),
+            ("hierarchy", size_of_val(&self.hierarchy[..])),
+            ("material", size_of_val(&self.material)),
+        ];
+        if let Some(walk) = &self.walk {
+            buffers.extend([
+                ("adjacency", size_of_val(&walk.adjacency[..])),
+                ("lids", size_of_val(&walk.lids[..])),
+                ("borders", size_of_val(&walk.borders[..])),
+                ("meshlets", size_of_val(&walk.meshlets.meshlets[..])),
+                ("meshlet_vertices", size_of_val(&walk.meshlets.vertices[..])),
+                ("meshlet_triangles", size_of_val(&walk.meshlets.triangles[..])),
+            ]);
+        }
+        buffers.retain(|(_, bytes)| *bytes > 0);
+        buffers
     }
 }
 

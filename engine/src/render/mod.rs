@@ -7,6 +7,7 @@ pub mod baseline;
 mod blue_noise;
 mod cones;
 pub mod deform;
+pub mod explain;
 mod geometry;
 pub mod layout;
 mod meshlets;
@@ -538,16 +539,7 @@ impl Renderer {
 
     /// The pipelines that a frame binds, by name.
     pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
-        let mut variants: Vec<Variant> = Vec::new();
-        let blockers = self.plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
-        for draw in self.plan.draws.iter().chain(&self.plan.aov_draws).chain(blockers) {
-            for variant in draw.depth.into_iter().chain([draw.variant]) {
-                if !variants.contains(&variant) {
-                    variants.push(variant);
-                }
-            }
-        }
-        variants.iter().map(|v| (v.name(), &*self.pipelines[v])).collect()
+        explain::variants(&self.plan).iter().map(|v| (v.name(), &*self.pipelines[v])).collect()
     }
 
     /// Mesh or geometry: what the settings ask for, or what the device has.

@@ -36,6 +36,11 @@ pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
     (0..=top).map(|level| cells.map(|n| n.div_ceil(1 << level) + 1)).collect()
 }
 
+/// Bytes of a map's pyramid.
+pub fn bytes(size: [u32; 2], wrap: [Wrap; 2]) -> usize {
+    size_of_val(&table(&level_sizes(size, wrap))[..])
+}
+
 /// One level, as a file shall have it.
 pub struct Level {
     /// Nodes along both axes.

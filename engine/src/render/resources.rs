@@ -17,7 +17,7 @@ use crate::gpu::{
     Access, Binding, Buffer, BufferDesc, CommandEncoder, Context, DescriptorSet, Image, ImageDesc, MemoryLocation,
     Pipeline, Sampler, SamplerDesc, ShaderCompiler, Uploader, vk,
 };
-use crate::scene::{HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
+use crate::scene::{ColorImage, HeightMap, HeightTexels, Material, Sampler as SceneSampler, Scene, Wrap};
 use crate::settings::{Baseline, March, Settings};
 use crate::shell::{cones::ConeKind, occlusion};
 
@@ -51,7 +51,8 @@ impl Images {
         for draw in &plan.draws {
             let primitive = source(scene, &plan.primitives[draw.primitive]);
             let material = &scene.materials[primitive.material];
-            for texture in texture_refs(material).into_iter().flatten() {
+            let read = |(texture, set): (Option<_>, Option<u8>)| texture.filter(|_| set.is_some());
+            for texture in texture_refs(material).into_iter().zip(draw.variant.textures).filter_map(read) {
                 if let Entry::Vacant(entry) = self.color.entry(texture.image) {
                     entry.insert(upload_color(ctx, &mut uploader, scene, texture.image)?);
                 }
@@ -61,7 +62,8 @@ impl Images {
             }
             for (map, wrap) in height_maps(scene, &plan.primitives[draw.primitive], &draw.variant) {
                 if let Entry::Vacant(entry) = self.heights.entry(map) {
-                    entry.insert(upload_height(ctx, &mut uploader, &scene.file, &scene.height_maps[map])?);
+                    let narrow = !plan.sixteen_bits.contains(&map);
+                    entry.insert(upload_height(ctx, &mut uploader, &scene.file, &scene.height_maps[map], narrow)?);
                 }
                 if let Entry::Vacant(entry) = self.height_samplers.entry(wrap) {
                     entry.insert(height_sampler(ctx, wrap)?);
@@ -119,8 +121,9 @@ impl Images {
         let mut bindings: Vec<_> = TEXTURE_NAMES
             .into_iter()
             .zip(texture_refs(material))
-            .filter_map(|(name, texture)| {
-                let texture = texture?;
+            .zip(variant.textures)
+            .filter_map(|((name, texture), set)| {
+                let texture = texture.filter(|_| set.is_some())?;
                 Some((name, Binding::Image(&self.color[&texture.image], &self.samplers[&texture.sampler])))
             })
             .collect();
@@ -192,16 +195,31 @@ fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: us
     let image = &scene.images[index];
     let extent = [image.width, image.height];
     check_size(ctx, &scene.file, &image.name, extent)?;
-    let format = if image.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
-    uploader.image_with_mips(&image_desc(&image.name, extent, format), &image.rgba)
+    uploader.image_with_mips(&image_desc(&image.name, extent, color_format(image)), &image.rgba)
 }
 
-/// At the depth of its file; where the device cannot sample 16-bit integers, as f32, which holds them exactly.
-pub fn upload_height(ctx: &Context, uploader: &mut Uploader, file: &Path, map: &HeightMap) -> Result<Image> {
+/// The format of a colour image.
+pub fn color_format(image: &ColorImage) -> vk::Format {
+    if image.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM }
+}
+
+/// At the depth of its file, or `narrow`, at 8 bits, which hold its heights exactly; where the device cannot sample
+/// 16-bit integers, as f32, which holds them exactly too.
+pub fn upload_height(
+    ctx: &Context,
+    uploader: &mut Uploader,
+    file: &Path,
+    map: &HeightMap,
+    narrow: bool,
+) -> Result<Image> {
     let extent = [map.width, map.height];
     check_size(ctx, file, &map.name, extent)?;
     match &map.texels {
         HeightTexels::U8(texels) => uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), texels),
+        HeightTexels::U16(texels) if narrow => {
+            let texels: Vec<u8> = texels.iter().map(|texel| (texel / 257) as u8).collect();
+            uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), &texels)
+        }
         HeightTexels::U16(texels) => upload_16_bits(ctx, uploader, &map.name, extent, texels),
     }
 }

@@ -77,6 +77,10 @@ pub struct Height {
     pub others: u8,
     /// Functions that give the heights of these, in their order; none where a map does.
     pub other_procedures: [Option<Procedure>; MAX_OTHERS],
+    /// Steps at walls: the heights across some differ.
+    pub steps: bool,
+    /// Triangles of it may be plain.
+    pub plain: bool,
     /// The search.
     pub march: March,
     /// Discard outside the primitive's UV bounds.
@@ -116,6 +120,8 @@ pub struct Variant {
     pub height: Option<Height>,
     /// Moves the depth of a plain surface, dithered or not.
     pub depth_shift: Option<bool>,
+    /// Where it writes depth, that is never nearer than the raster's: the rasteriser is promised so.
+    pub depth_behind: bool,
     /// alphaMode MASK.
     pub alpha_mask: bool,
     /// Culls nothing.
@@ -183,6 +189,8 @@ impl Variant {
             samples: 1,
             per_sample: false,
             depth_shift: None,
+            // Light also sees the backs of base surfaces, whose heights then stand before them.
+            depth_behind: self.depth_behind && self.geometry != Geometry::Surface,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
             // A base surface stands where its depth says.
@@ -223,11 +231,18 @@ impl Variant {
 
     /// Whether the fragment itself says what it covers, or how deep: the raster's coverage of the samples says neither.
     pub fn decides_coverage(&self) -> bool {
+        self.writes_depth() || self.discards()
+    }
+
+    /// Whether its fragments write their depth.
+    pub fn writes_depth(&self) -> bool {
+        self.geometry.stage().is_some() || self.depth_shift.is_some() || self.height.is_some_and(|h| h.depth_offset)
+    }
+
+    /// Whether some of its fragments end without a trace.
+    pub fn discards(&self) -> bool {
         let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
-        self.geometry.stage().is_some()
-            || self.alpha_mask
-            || self.depth_shift.is_some()
-            || self.height.is_some_and(by_height)
+        self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height)
     }
 
     /// Whether it reads blue noise.
@@ -282,8 +297,11 @@ impl Variant {
         flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
+        flag("DEPTH_BEHIND", self.depth_behind && self.writes_depth());
         if let Some(height) = self.height {
             flag("HAS_HEIGHT", true);
+            flag("NO_STEPS", self.geometry.stage().is_some() && !height.steps);
+            flag("NO_PLAIN", self.geometry.stage().is_some() && !height.plain);
             flag("MARCH_TRACES", height.march.traces());
             flag("MARCH_MOVES", height.march.moves());
             flag("MARCH_OFFSET", height.march == March::Offset);

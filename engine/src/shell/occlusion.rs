@@ -67,6 +67,15 @@ fn mean_plane(primitive: &Primitive, uv: &[glam::Vec2]) -> DMat2 {
     if plane.determinant() > 0.0 && plane.is_finite() { plane } else { DMat2::IDENTITY }
 }
 
+/// Texels of the occlusion map of a field, along u and v.
+pub fn texels(scene: &Scene, source: HeightSource) -> [usize; 2] {
+    let size = match source {
+        HeightSource::Map(map) => [scene.height_maps[map].width, scene.height_maps[map].height].map(|n| n as usize),
+        HeightSource::Procedure(_) => [MOST_TEXELS; 2],
+    };
+    size.map(|n| (n / TEXELS_EACH).clamp(1, MOST_TEXELS))
+}
+
 /// The occlusion map of a displaced primitive.
 ///
 /// # Panics
@@ -76,11 +85,7 @@ pub fn of_primitive(scene: &Scene, primitive: &Primitive) -> OcclusionMap {
     let d = prisms::displacement(scene, primitive).expect("only displaced primitives are asked for");
     let heights = Heights::new(scene, &d);
     let scale = primitive.displacement_scale;
-    let size = match d.source {
-        HeightSource::Map(map) => [scene.height_maps[map].width, scene.height_maps[map].height].map(|n| n as usize),
-        HeightSource::Procedure(_) => [MOST_TEXELS; 2],
-    };
-    let size = size.map(|n| (n / TEXELS_EACH).clamp(1, MOST_TEXELS));
+    let size = texels(scene, d.source);
     let (low, high) = scene.displacement_range(primitive);
     let sheet = Sheet {
         level: &|uv| scale * heights.at(uv).0,

@@ -1,16 +1,20 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
+pub mod ledger;
 mod lights;
+mod needs;
 
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
 use glam::Vec3;
 
+use self::ledger::{Ledger, Need};
 pub use self::lights::ShadowPlan;
 use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
-use super::variant::{Geometry, Height, Pass, Variant};
+use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
-use crate::scene::{Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
+use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
 use crate::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
@@ -44,10 +48,14 @@ pub struct PlannedPrimitive {
     pub shell: ShellGeometry,
     /// Adjacency and bounds, where the shell is walked, by pixels' rays or by shadow rays.
     pub walk: Option<WalkGeometry>,
+    /// The stage that makes its lids, where it is walked by pixels' rays.
+    pub lids: Option<Stage>,
     /// Whether shadow rays that leave the shell go on in a hierarchy of boxes over its prisms.
     pub hierarchy: bool,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
+    pub offset: Option<f64>,
     /// Its pose may change: what depends on that is the GPU's, and here all that can be displaced is.
     pub deforms: bool,
 }
@@ -65,6 +73,12 @@ pub struct Plan {
     pub shadow_maps: Option<ShadowPlan>,
     /// The stage of the shell's geometry; none where no shell is drawn.
     pub stage: Option<Stage>,
+    /// Height maps whose texels are kept at 16 bits.
+    pub sixteen_bits: HashSet<usize>,
+    /// Shell normals that are shortened, by mesh: welded vertex and factor.
+    pub folds: BTreeMap<usize, Vec<(u32, f64)>>,
+    /// What was decided, and why.
+    pub ledger: Ledger,
     /// Sentences for the user.
     pub notices: Vec<String>,
 }
@@ -73,11 +87,10 @@ pub struct Plan {
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
     settings.baseline.is_none()
         && settings.resolved_shell() != Shell::Off
-        && scene
-            .instances
-            .iter()
-            .flat_map(|i| &scene.meshes[i.mesh].primitives)
-            .any(|p| prisms::displacement(scene, p).is_some())
+        && scene.instances.iter().map(|i| &scene.meshes[i.mesh]).any(|mesh| {
+            mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some())
+                && (settings.keep_all || needs::offset(scene, mesh, settings).is_none())
+        })
 }
 
 /// The first material whose heights are a function that a drawn primitive shows.
@@ -123,7 +136,7 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
-    let mut plan = Plan::default();
+    let mut plan = Plan { ledger: Ledger::new(settings.keep_all), ..Plan::default() };
     if (settings.shadow_map || settings.self_shadow != SelfShadow::Off) && scene.lights.len() > MAX_SHADOWED_LIGHTS {
         plan.notices.push(format!("{} lights; the first {MAX_SHADOWED_LIGHTS} cast shadows", scene.lights.len()));
     }
@@ -136,9 +149,11 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
         }
     }
     lights::plan_shadow_maps(scene, settings, &mut plan);
+    plan_height_maps(scene, &mut plan);
     if settings.lod_fade.is_some() && aov {
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
+    trim(settings, &mut plan);
     plan_samples(settings, aov, &mut plan);
     plan_depths(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
@@ -152,13 +167,21 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     let start = plan.primitives.len();
     let mesh = &scene.meshes[index];
     let mut shells = vec![ShellGeometry::default(); mesh.primitives.len()];
-    let mut factors = vec![0.0; mesh.shell_normals.len()];
     let shell = settings.resolved_shell();
     // A baseline samples the shell's own surface.
     let shelled = shell != Shell::Off || settings.baseline.is_some();
     // A baseline has its mesh made once.
     let deforms = mesh.deforms && settings.baseline.is_none();
-    if shelled && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
+    let name = |p: usize| primitive_name(scene, index, p);
+    let mut wanted = false;
+    for (p, primitive) in mesh.primitives.iter().enumerate() {
+        wanted |= plan.ledger.decide(name(p), "shell", needs::shell(scene, mesh, primitive, settings));
+    }
+    let offset =
+        if shelled && settings.baseline.is_none() && !wanted { needs::offset(scene, mesh, settings) } else { None };
+    // Where all is moved to one level, nothing folds.
+    let mut factors = vec![f64::from(u8::from(offset.is_some())); mesh.shell_normals.len()];
+    if shelled && offset.is_none() && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
         let folds = if deforms {
             Folds { factors: vec![1.0; mesh.shell_normals.len()], reduced: Vec::new(), plain: Vec::new() }
         } else {
@@ -173,6 +196,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             ));
         }
         shells = prisms::build(scene, mesh, &folds.factors);
+        plan.folds.insert(index, folds.reduced);
         for (p, shell) in shells.iter().enumerate().filter(|(_, shell)| shell.left_open > 0) {
             plan.notices.push(format!(
                 "mesh '{}' primitive {p}: it meets more than {MAX_OTHERS} other height fields; the first {MAX_OTHERS} are \
@@ -187,6 +211,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
         let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && geometry.is_displaced();
+        let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
         let walks = (shell == Shell::Walk && geometry.is_displaced()) || (shell == Shell::Prism && shadows);
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
@@ -194,8 +219,10 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             primitive: p,
             shell: geometry,
             walk,
+            lids: None,
             hierarchy: shelled && shadows,
             shell_normals,
+            offset,
             deforms,
         });
     }
@@ -217,12 +244,27 @@ fn plan_draws(
     let primitive = &scene.meshes[instance.mesh].primitives[geometry.primitive];
     let material = &scene.materials[primitive.material];
     let displacement = prisms::displacement(scene, primitive);
+    let of = primitive_name(scene, instance.mesh, geometry.primitive);
+    let of_material = format!("material '{}'", material.name);
+    let ledger = &mut plan.ledger;
+    let mut textures = textures(material);
+    for ((texture, what), need) in textures.iter_mut().zip(TEXTURE_NAMES).zip(needs::textures(material)) {
+        *texture = texture.filter(|_| ledger.decide(&of_material, what, need));
+    }
+    let shifts = |offset: &DepthOffset| {
+        let need = Need::when(offset.distance > 0.0, "it moves the depth", "its distance is 0");
+        settings.depth_offset && ledger.decide(&of_material, "depth offset", need)
+    };
+    let depth_shift = material.depth_offset.filter(shifts).map(|offset| offset.dither);
+    let alpha_mask = ledger.decide(&of_material, "alphaMode MASK", needs::alpha_mask(scene, material));
     let plain = Variant {
         geometry: Geometry::Surface,
-        textures: textures(material),
+        textures,
         height: None,
-        depth_shift: material.depth_offset.filter(|_| settings.depth_offset).map(|offset| offset.dither),
-        alpha_mask: material.alpha_cutoff.is_some(),
+        depth_shift,
+        // Away from the eye.
+        depth_behind: depth_shift.is_some() && !settings.keep_all,
+        alpha_mask,
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
         lights: !scene.lights.is_empty(),
@@ -252,21 +294,35 @@ fn plan_draws(
         for (slot, other) in other_procedures.iter_mut().zip(&geometry.shell.others) {
             *slot = other.source.procedure();
         }
-        let height = shown.map(|d| Height { others, other_procedures, ..height(&d, settings, true) }).map(|h| Height {
-            self_shadow: h.self_shadow && plain.lights,
-            reenters: geometry.hierarchy,
-            ..h
+        let height = shown.map(|d| {
+            let mesh = &scene.meshes[instance.mesh];
+            let steps = ledger.decide(&of, "steps at walls", needs::steps(&geometry.shell, geometry.deforms));
+            let plain = needs::plain_prisms(&geometry.shell, geometry.deforms);
+            let shadow = needs::self_shadow(scene, instance, primitive, mesh, settings, steps);
+            let field = height(&d, settings, true);
+            let self_shadow = ledger.decide(&of, "self-shadow", shadow) && field.self_shadow;
+            Height {
+                others,
+                other_procedures,
+                steps,
+                plain: ledger.decide(&of, "plain prisms", plain),
+                self_shadow,
+                reenters: self_shadow && geometry.hierarchy,
+                ..field
+            }
         });
         let shadows = settings.self_shadow != SelfShadow::Off;
         let plain = Variant { shadowed_lights: if shadows { shadowed_lights(scene) } else { 0 }, ..plain };
-        let outlines = Variant { height, depth_shift: None, mirrored: false, double_sided: false, ..plain };
+        // The raster's depth lies before all that a fragment can hit.
+        let shelled = Variant { height, depth_shift: None, depth_behind: !settings.keep_all, ..plain };
+        let outlines = Variant { mirrored: false, double_sided: false, ..shelled };
         if plain.depth_shift.is_some() {
             plan.notices.push(format!("material '{}': its depth offset is left out beside a shell", material.name));
         }
         if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
             // Front faces only: a lid seen from behind is where rays leave.
             let deforms = geometry.deforms && stage == Stage::Mesh;
-            push(Variant { geometry: Geometry::Lids(stage), height, double_sided: false, deforms, ..plain }, 0..prisms);
+            push(Variant { geometry: Geometry::Lids(stage), double_sided: false, deforms, ..shelled }, 0..prisms);
             push(Variant { geometry: Geometry::Borders(stage), ..outlines }, 0..prisms);
         } else {
             push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
@@ -280,7 +336,28 @@ fn plan_draws(
             ..h
         });
         let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
-        push(Variant { height, shadowed_lights: shadowed, ..plain }, 0..primitive.triangles.len() as u32);
+        // No part of the field stands before the base surface.
+        let sunk = scene.displacement_range(primitive).1 <= 0.0 && !material.double_sided && !settings.keep_all;
+        let depth_behind = plain.depth_behind || (sunk && height.is_some_and(|h| h.depth_offset));
+        let triangles = primitive.triangles.len() as u32;
+        push(Variant { height, depth_behind, shadowed_lights: shadowed, ..plain }, 0..triangles);
+    }
+}
+
+/// Leaves out of the primitives what none of their draws has turned out to read.
+fn trim(settings: &Settings, plan: &mut Plan) {
+    for (index, primitive) in plan.primitives.iter_mut().enumerate() {
+        let draws = plan.draws.iter().filter(|draw| draw.primitive == index).map(|draw| draw.variant);
+        let of = |field: fn(Height) -> bool| draws.clone().filter_map(|variant| variant.height).any(field);
+        primitive.lids = draws.clone().find_map(|variant| match variant.geometry {
+            Geometry::Lids(stage) => Some(stage),
+            _ => None,
+        });
+        primitive.hierarchy &= of(|height| height.reenters);
+        // Without a walk of the pixels' rays it is for the shadows'.
+        if settings.resolved_shell() == Shell::Prism && !of(|height| height.self_shadow) {
+            primitive.walk = None;
+        }
     }
 }
 
@@ -327,6 +404,8 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         procedure: displacement.source.procedure(),
         wrap: displacement.wrap,
         others: 0,
+        steps: false,
+        plain: false,
         other_procedures: [None; MAX_OTHERS],
         march: settings.march,
         uv_bounds: parallax && settings.silhouette == Silhouette::UvBounds,
@@ -341,6 +420,32 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         // Linear searches end by themselves.
         count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
     }
+}
+
+/// The bits of each height map that a draw reads.
+fn plan_height_maps(scene: &Scene, plan: &mut Plan) {
+    for (index, map) in scene.height_maps.iter().enumerate() {
+        let read = plan.draws.iter().any(|draw| height_maps(scene, plan, draw).contains(&index));
+        let of = format!("height map '{}'", map.name);
+        let need = Need::asked(read, "a surface is displaced or shaded by it", "no draw reads it");
+        if plan.ledger.decide(&of, "image", need) && plan.ledger.decide(&of, "16 bits", needs::sixteen_bits(map)) {
+            plan.sixteen_bits.insert(index);
+        }
+    }
+}
+
+/// The height maps that a draw reads: its own field's and those of its neighbours.
+fn height_maps(scene: &Scene, plan: &Plan, draw: &Draw) -> Vec<usize> {
+    let planned = &plan.primitives[draw.primitive];
+    let own = scene.materials[source(scene, planned).material].displacement.map(|d| d.source);
+    let others = planned.shell.others.iter().map(|other| other.source);
+    let fields = own.into_iter().chain(others).filter(|_| draw.variant.height.is_some());
+    fields.filter_map(|source| source.map()).collect()
+}
+
+/// What a primitive is called.
+pub fn primitive_name(scene: &Scene, mesh: usize, primitive: usize) -> String {
+    format!("{}.{primitive}", scene.meshes[mesh].name)
 }
 
 /// UV set of each texture slot.

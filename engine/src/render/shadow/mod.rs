@@ -28,6 +28,16 @@ pub fn maps(light: &Light, settings: &Settings) -> u32 {
     fit::most_maps(light, settings.cascades)
 }
 
+/// Texels of an image with room for `count` maps of `size` texels a side, where an image may have `most`.
+pub fn atlas(count: u32, size: u32, most: u32) -> [u32; 2] {
+    // Few tiles that nothing is drawn to, then as square as can be.
+    let fits = (1..=count).filter(|columns| columns * size <= most);
+    let shape =
+        |columns: &u32| (columns * count.div_ceil(*columns) - count, columns.abs_diff(count.div_ceil(*columns)));
+    let columns = fits.min_by_key(shape).unwrap_or(1);
+    [columns * size, count.div_ceil(columns) * size]
+}
+
 /// The maps of a renderer.
 pub struct ShadowMaps {
     atlas: Image,
@@ -45,18 +55,13 @@ pub struct ShadowMaps {
 impl ShadowMaps {
     /// Room for the maps of a plan. sets: set 1 of each of its draws.
     pub fn new(ctx: &Context, plan: &ShadowPlan, settings: &Settings, sets: Vec<DescriptorSet>) -> Result<Self> {
-        let (count, size) = (plan.count(), settings.shadow_map_size);
-        // Few tiles that nothing is drawn to, then as square as can be.
-        let fits = (1..=count).filter(|columns| columns * size <= ctx.max_image_2d());
-        let shape =
-            |columns: &u32| (columns * count.div_ceil(*columns) - count, columns.abs_diff(count.div_ceil(*columns)));
-        let columns = fits.min_by_key(shape).unwrap_or(1);
-        let rows = count.div_ceil(columns);
+        let size = settings.shadow_map_size;
+        let extent = atlas(plan.count(), size, ctx.max_image_2d());
         let atlas = Image::new(
             ctx,
             &ImageDesc {
                 name: "shadow maps",
-                extent: [columns * size, rows * size],
+                extent,
                 format: DEPTH_FORMAT,
                 usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
                 ..ImageDesc::default()
@@ -72,7 +77,7 @@ impl ShadowMaps {
                 ..SamplerDesc::default()
             },
         )?;
-        Ok(ShadowMaps { atlas, sampler, size, columns, sets, slots: Vec::new() })
+        Ok(ShadowMaps { atlas, sampler, size, columns: extent[0] / size, sets, slots: Vec::new() })
     }
 
     /// What the receivers read.

@@ -1,0 +1,564 @@
+//! The plan is what is created: the SPIR-V of the pipelines, the device's features, the allocations and the passes of a
+//! frame are what a scene needs and no more, and `prism explain` tells the same. What is left out would change nothing.
+
+mod rig;
+
+use std::collections::BTreeSet;
+
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use prism_engine::{
+    gpu::{Feature, Pipeline, ShaderStage, vk},
+    render::{
+        self, Output,
+        explain::{Explanation, Situation},
+        plan::{self, Plan},
+    },
+    scene::{
+        Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
+        LightKind, Material, Mesh, Primitive, Procedure, Sampler, Scene, TextureRef, Wrap,
+    },
+    settings::{March, SelfShadow, Settings, Shell, Stage},
+};
+use rig::{FORMAT, Rig, asset};
+
+const EXTENT: [u32; 2] = [64, 40];
+
+/// A plain square of side 2 in the floor, seen at an angle, without lights or textures.
+fn floor() -> Scene {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let primitive = Primitive {
+        material: 0,
+        positions: corners.map(|[x, z]| Vec3::new(x, 0.0, -z)).to_vec(),
+        normals: vec![Vec3::Y; 4],
+        tangents: Vec::new(),
+        uvs: [corners.map(|[x, z]| Vec2::new(x, z)).to_vec(), Vec::new()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        weld: vec![0, 1, 2, 3],
+        displacement_scale: 0.0,
+    };
+    let mesh =
+        Mesh { name: "floor".into(), primitives: vec![primitive], shell_normals: vec![DVec3::Y; 4], deforms: false };
+    Scene {
+        file: "floor".into(),
+        meshes: vec![mesh],
+        materials: vec![Material { name: "stone".into(), base_color_factor: Vec4::ONE, ..Material::default() }],
+        images: Vec::new(),
+        height_maps: Vec::new(),
+        instances: vec![Instance { name: "floor".into(), mesh: 0, transform: DAffine3::IDENTITY }],
+        camera: Some(Camera::look_at(DVec3::new(0.3, 1.5, 2.2), DVec3::ZERO, 60.0).unwrap()),
+        lights: Vec::new(),
+        ambient: Ambient::default(),
+        notices: Vec::new(),
+    }
+}
+
+/// A single triangle of it.
+fn triangle() -> Scene {
+    let mut scene = floor();
+    scene.meshes[0].primitives[0].triangles.pop();
+    scene
+}
+
+/// The floor displaced by a map of 8 texels a side.
+fn displaced(texels: impl Fn(u32) -> u16, scale: f64, midlevel: f64) -> Scene {
+    let mut scene = floor();
+    let texels = HeightTexels::U16((0..64).map(texels).collect());
+    scene.height_maps.push(HeightMap { name: "bumps".into(), width: 8, height: 8, texels });
+    scene.meshes[0].primitives[0].displacement_scale = scale;
+    scene.materials[0].displacement = Some(Displacement {
+        source: HeightSource::Map(0),
+        wrap: [Wrap::Repeat; 2],
+        tex_coord: 0,
+        transform: DAffine2::IDENTITY,
+        scale,
+        relative: false,
+        midlevel,
+        border_wall: false,
+    });
+    scene
+}
+
+/// Without order, of 16 bits.
+fn bumps(i: u32) -> u16 {
+    (i.wrapping_mul(2_654_435_761) >> 16) as u16
+}
+
+/// A white picture with this alpha, read as a texture.
+fn textured(scene: &mut Scene, alpha: u8) -> TextureRef {
+    let rgba = [255, 255, 255, alpha].repeat(16);
+    scene.images.push(ColorImage { name: "white".into(), width: 4, height: 4, rgba, srgb: true });
+    let image = scene.images.len() - 1;
+    TextureRef { image, sampler: Sampler::default(), tex_coord: 0, transform: DAffine2::IDENTITY }
+}
+
+fn sun(direction: DVec3) -> Light {
+    let kind = LightKind::Directional;
+    Light { intensity: DVec3::ONE, position: DVec3::ZERO, direction: direction.normalize(), range: None, kind }
+}
+
+/// What a module has of what may be left out.
+#[derive(Debug, Default)]
+struct Module {
+    replaces_depth: bool,
+    only_behind: bool,
+    discards: bool,
+    loops: usize,
+}
+
+impl Module {
+    fn new(spirv: &[u32]) -> Module {
+        const EXECUTION_MODE: u32 = 16;
+        const LOOP_MERGE: u32 = 246;
+        const KILL: u32 = 252;
+        const TERMINATE: u32 = 4416;
+        const DEMOTE: u32 = 5380;
+        let mut module = Module::default();
+        let mut rest = &spirv[5..];
+        while let Some(first) = rest.first() {
+            let (instruction, after) = rest.split_at((first >> 16) as usize);
+            match (first & 0xffff, instruction.get(2)) {
+                (EXECUTION_MODE, Some(12)) => module.replaces_depth = true,
+                (EXECUTION_MODE, Some(15)) => module.only_behind = true,
+                (KILL | TERMINATE | DEMOTE, _) => module.discards = true,
+                (LOOP_MERGE, _) => module.loops += 1,
+                _ => {}
+            }
+            rest = after;
+        }
+        module
+    }
+
+    /// A pipeline's fragment shader; none if it has none.
+    fn fragment(pipeline: &Pipeline) -> Option<Module> {
+        let shaders = pipeline.shaders().iter();
+        shaders.filter(|shader| shader.stage == ShaderStage::Fragment).map(|s| Module::new(&s.spirv)).next()
+    }
+}
+
+/// Images that a pipeline reads.
+fn samplers(pipeline: &Pipeline) -> BTreeSet<String> {
+    let images = pipeline.bindings().iter().filter(|binding| binding.ty == vk::DescriptorType::COMBINED_IMAGE_SAMPLER);
+    images.map(|binding| binding.name.clone()).collect()
+}
+
+/// One scene under some settings, and what it needs.
+struct Case {
+    name: &'static str,
+    scene: Scene,
+    settings: Settings,
+    /// Shells are drawn, so by either stage.
+    shell: bool,
+    /// gl_FragDepth, the promise that it is behind, discard: in all of its pipelines that shade.
+    depth: bool,
+    behind: bool,
+    discard: bool,
+    /// All images that its pipelines read.
+    images: &'static [&'static str],
+    /// Allocations, by what their names end with, that must and must not be there.
+    has: &'static [&'static str],
+    lacks: &'static [&'static str],
+    /// Passes of a frame.
+    passes: &'static [&'static str],
+}
+
+impl Case {
+    /// A plain surface, without anything.
+    fn plain(name: &'static str, scene: Scene) -> Case {
+        Case {
+            name,
+            scene,
+            settings: Settings { shell: Shell::Prism, march: March::Relief, still: true, ..Settings::default() },
+            shell: false,
+            depth: false,
+            behind: false,
+            discard: false,
+            images: &[],
+            has: &["vertices", "indices", "material"],
+            lacks: &["prisms", "adjacency", "lids", "hierarchy", "bumps", "pyramid", "shadow maps", "blue noise"],
+            passes: &["surface"],
+        }
+    }
+
+    /// A shell.
+    fn shell(name: &'static str, scene: Scene) -> Case {
+        Case {
+            shell: true,
+            depth: true,
+            behind: true,
+            discard: true,
+            images: &["height_map"],
+            has: &["vertices", "prisms", "material", "bumps"],
+            lacks: &["indices", "adjacency", "lids", "hierarchy", "pyramid", "shadow maps", "blue noise"],
+            passes: &["shell"],
+            ..Case::plain(name, scene)
+        }
+    }
+
+    /// The base surface by a classic technique.
+    fn parallax(name: &'static str, march: March, scene: Scene) -> Case {
+        let settings = Settings { shell: Shell::Off, march, ..Settings::default() };
+        Case {
+            settings,
+            images: &["height_map"],
+            has: &["vertices", "indices", "bumps"],
+            lacks: &["prisms", "adjacency", "pyramid", "shadow maps"],
+            ..Case::plain(name, scene)
+        }
+    }
+}
+
+/// From a bare triangle to everything at once.
+fn cases() -> Vec<Case> {
+    let with = |mut scene: Scene, change: &dyn Fn(&mut Scene)| {
+        change(&mut scene);
+        scene
+    };
+    let shadowed = |settings: Settings| Settings { self_shadow: SelfShadow::Hard, ..settings };
+    let lit = |direction: DVec3| move |scene: &mut Scene| scene.lights = vec![sun(direction)];
+    let masked = |alpha: u8| {
+        move |scene: &mut Scene| {
+            scene.materials[0].base_color = Some(textured(scene, alpha));
+            scene.materials[0].alpha_cutoff = Some(0.5);
+        }
+    };
+    let steep = DVec3::new(0.05, -1.0, 0.0);
+    let low = DVec3::new(1.0, -0.1, 0.0);
+    vec![
+        Case::plain("a bare triangle", triangle()),
+        Case {
+            images: &["base_color_map"],
+            has: &["white"],
+            ..Case::plain("a textured square", with(floor(), &masked(255)))
+        },
+        Case {
+            images: &["base_color_map"],
+            discard: true,
+            ..Case::plain("one that is cut out by its alpha", with(floor(), &masked(30)))
+        },
+        Case {
+            lacks: &["white"],
+            ..Case::plain(
+                "textures that nothing of shows",
+                with(floor(), &|scene| {
+                    let texture = textured(scene, 255);
+                    scene.materials[0].emissive = Some(texture);
+                    scene.materials[0].occlusion = Some((texture, 0.0));
+                }),
+            )
+        },
+        Case::plain("displaced by nothing", displaced(bumps, 0.0, 0.5)),
+        Case::plain("all heights the same", displaced(|_| 40_000, 0.3, 0.5)),
+        Case {
+            depth: true,
+            behind: true,
+            ..Case::plain(
+                "depth moved away",
+                with(floor(), &|scene| {
+                    scene.materials[0].depth_offset = Some(DepthOffset { distance: 0.1, dither: false });
+                }),
+            )
+        },
+        Case::parallax("normals from heights", March::Normal, displaced(bumps, 0.2, 0.5)),
+        Case {
+            depth: true,
+            discard: true,
+            ..Case::parallax("relief around the base surface", March::Relief, displaced(bumps, 0.2, 0.5))
+        },
+        Case {
+            depth: true,
+            behind: true,
+            discard: true,
+            ..Case::parallax("relief below the base surface", March::Relief, displaced(bumps, 0.2, 1.0))
+        },
+        Case::shell("prisms", displaced(bumps, 0.2, 0.5)),
+        Case {
+            settings: shadowed(Case::plain("", floor()).settings),
+            ..Case::shell("a sun that cannot graze", with(displaced(bumps, 0.05, 0.5), &lit(steep)))
+        },
+        Case {
+            settings: shadowed(Case::plain("", floor()).settings),
+            has: &["prisms", "adjacency", "lids", "hierarchy"],
+            lacks: &["indices", "borders", "meshlets", "pyramid"],
+            ..Case::shell("a sun that grazes", with(displaced(bumps, 0.05, 0.5), &lit(low)))
+        },
+        Case {
+            images: &[],
+            lacks: &["bumps", "pyramid"],
+            has: &["prisms"],
+            ..Case::shell(
+                "heights that are a function",
+                with(displaced(bumps, 0.2, 0.5), &|scene| {
+                    scene.height_maps.clear();
+                    let displacement = scene.materials[0].displacement.as_mut().unwrap();
+                    displacement.source = HeightSource::Procedure(Procedure::ALL[0]);
+                }),
+            )
+        },
+        Case {
+            settings: Settings { march: March::Exact, shell: Shell::Walk, ..Settings::default() },
+            has: &["prisms", "adjacency", "lids", "borders", "pyramid"],
+            lacks: &["hierarchy", "shadow maps"],
+            ..Case::shell("a walk", displaced(bumps, 0.2, 0.5))
+        },
+        Case {
+            settings: Settings {
+                shell: Shell::Prism,
+                march: March::Relief,
+                self_shadow: SelfShadow::Hard,
+                shadow_map: true,
+                shadow_map_size: 64,
+                cascades: 1,
+                ambient_occlusion: true,
+                dither: true,
+                msaa: 4,
+                count_limits: true,
+                ..Settings::default()
+            },
+            images: &["base_color_map", "height_map", "ambient_occlusion_map", "blue_noise", "shadow_atlas"],
+            has: &["hierarchy", "adjacency", "shadow maps", "blue noise", "occlusion", "samples", "counters of slot 0"],
+            lacks: &["pyramid"],
+            passes: &["shadow maps", "shell"],
+            ..Case::shell(
+                "everything at once",
+                with(displaced(bumps, 0.2, 0.5), &|scene| {
+                    masked(30)(scene);
+                    lit(low)(scene);
+                }),
+            )
+        },
+    ]
+}
+
+/// The stages that a case is to be looked at with.
+fn stages(case: &Case) -> &'static [Stage] {
+    if case.shell { &rig::STAGES } else { &[Stage::Auto] }
+}
+
+fn explained(scene: &Scene, settings: &Settings, plan: &Plan) -> Explanation {
+    let output = Output { color_format: FORMAT, aov: false };
+    let (device, window) = (None, false);
+    Explanation::new(scene, settings, plan, &Situation { device, extent: EXTENT, max_image_2d: 4096, output, window })
+}
+
+/// A device with exactly the features that the scene asks for.
+fn rig_for(scene: &Scene, settings: &Settings) -> Rig {
+    let features = render::features(scene, settings, false);
+    assert!(features.optional.is_empty() || settings.stage == Stage::Auto, "{features:?}");
+    Rig::asking(&features.required)
+}
+
+#[test]
+fn what_a_scene_needs_is_created_and_no_more() {
+    for case in cases() {
+        for &stage in stages(&case) {
+            let settings = Settings { stage, ..case.settings.clone() };
+            let rig = rig_for(&case.scene, &settings);
+            let mut easel = rig.try_easel_with(&case.scene, &settings, EXTENT, false).expect(case.name);
+            let of = format!("{}, {stage}", case.name);
+
+            // Features and extensions: one stage's, or none.
+            let enabled: Vec<_> = rig.context().enabled_features().to_vec();
+            for (feature, its) in [(Feature::MeshShader, Stage::Mesh), (Feature::GeometryShader, Stage::Geometry)] {
+                assert_eq!(enabled.contains(&feature), case.shell && stage == its, "{of}: {enabled:?}");
+            }
+            assert_eq!(enabled.contains(&Feature::SampleRateShading), settings.msaa > 1, "{of}: {enabled:?}");
+            assert_eq!(
+                enabled.contains(&Feature::FragmentStoresAndAtomics),
+                settings.count_limits,
+                "{of}: {enabled:?}"
+            );
+            let extensions = rig.context().enabled_extensions().to_vec();
+            assert_eq!(extensions.len(), usize::from(stage == Stage::Mesh), "{of}: {extensions:?}");
+
+            // The SPIR-V of the pipelines.
+            let mut images = BTreeSet::new();
+            for (name, pipeline) in easel.pipelines() {
+                images.extend(samplers(pipeline));
+                let Some(module) = Module::fragment(pipeline) else { continue };
+                if name.starts_with("shadow map") {
+                    continue;
+                }
+                assert_eq!(module.replaces_depth, case.depth, "{of}: {name}: {module:?}");
+                assert_eq!(module.only_behind, case.behind, "{of}: {name}: {module:?}");
+                assert_eq!(module.discards, case.discard, "{of}: {name}: {module:?}");
+                if case.images.is_empty() && !case.shell && case.scene.lights.is_empty() {
+                    // Over the ambient light's three colours.
+                    assert_eq!(module.loops, 1, "{of}: {name} loops over nothing");
+                }
+            }
+            assert_eq!(images, case.images.iter().map(|name| (*name).to_owned()).collect(), "{of}");
+
+            // The passes of a frame, and what is allocated after it.
+            assert_eq!(easel.passes(&case.scene.camera.unwrap()), case.passes, "{of}");
+            let allocated: BTreeSet<_> = rig.allocations().into_iter().collect();
+            let has = |end: &str| allocated.iter().any(|name| name.ends_with(end));
+            for end in case.has {
+                assert!(has(end), "{of}: no '{end}' among {allocated:?}");
+            }
+            for end in case.lacks {
+                assert!(!has(end), "{of}: '{end}' among {allocated:?}");
+            }
+            let meshlets = case.shell && settings.resolved_shell() == Shell::Walk && stage == Stage::Mesh;
+            assert_eq!(has("meshlets"), meshlets, "{of}");
+
+            // The same by its explanation: no allocation that it does not tell, and none that is not there.
+            let told = explained(&case.scene, &settings, easel.plan());
+            let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
+            assert_eq!(names.cloned().collect::<BTreeSet<_>>(), allocated, "{of}");
+            let memory: std::collections::HashMap<_, _> = rig.context().memory_report().into_iter().collect();
+            for buffer in &told.buffers {
+                let real = memory[&buffer.name];
+                assert!(
+                    (buffer.bytes..=buffer.bytes.next_multiple_of(256)).contains(&real),
+                    "{of}: {buffer:?}, {real}"
+                );
+            }
+            let pipelines: Vec<_> = easel.pipelines().into_iter().map(|(name, _)| name).collect();
+            assert_eq!(told.pipelines.iter().map(|p| p.name.clone()).collect::<Vec<_>>(), pipelines, "{of}");
+            let passes: Vec<_> = told.passes.iter().map(|pass| pass.name).filter(|name| *name != "resolve").collect();
+            assert_eq!(passes, case.passes, "{of}");
+            let names: BTreeSet<_> = enabled.iter().map(|feature| feature.name()).collect();
+            assert_eq!(told.features.into_iter().collect::<BTreeSet<_>>(), names, "{of}");
+            assert_eq!(told.extensions, extensions, "{of}");
+        }
+    }
+}
+
+/// Every part that an explanation tells of a pipeline, read in its code where that shows it.
+#[test]
+fn a_pipeline_s_parts_are_those_of_its_code() {
+    let mut loops = Vec::new();
+    for (case, stage) in cases().iter().flat_map(|case| stages(case).iter().map(move |stage| (case, *stage))) {
+        let settings = Settings { stage, ..case.settings.clone() };
+        let plan = plan::plan(&case.scene, &settings, stage, false);
+        let rig = rig_for(&case.scene, &settings);
+        let easel = rig.try_easel_with(&case.scene, &settings, EXTENT, false).expect(case.name);
+        for (told, (name, pipeline)) in explained(&case.scene, &settings, &plan).pipelines.iter().zip(easel.pipelines())
+        {
+            let part =
+                |what: &str| told.parts.iter().find(|part| part.what == what).unwrap_or_else(|| panic!("{what}")).kept;
+            let bound = |name: &str| pipeline.bindings().iter().any(|binding| binding.name == name);
+            let module = Module::fragment(pipeline);
+            let of = format!("{}, {stage}: {name}", case.name);
+            assert_eq!(part("fragment shader"), module.is_some(), "{of}");
+            let Some(module) = module else { continue };
+            assert_eq!(part("gl_FragDepth"), module.replaces_depth, "{of}");
+            assert_eq!(part("conservative depth"), module.only_behind, "{of}");
+            assert_eq!(part("discard"), module.discards, "{of}");
+            assert_eq!(part("lights"), bound("lights"), "{of}");
+            assert_eq!(part("min-max pyramid"), bound("pyramid"), "{of}");
+            assert_eq!(part("cone map"), bound("cone_map"), "{of}");
+            assert_eq!(part("dither"), bound("blue_noise"), "{of}");
+            assert_eq!(part("ambient occlusion"), bound("ambient_occlusion_map"), "{of}");
+            assert_eq!(part("re-entry of shadow rays"), bound("shadow_hierarchy"), "{of}");
+            assert_eq!(part("shadow map look-ups"), bound("shadow_atlas"), "{of}");
+            assert_eq!(part("loop counters"), bound("counters"), "{of}");
+            assert_eq!(part("tangents"), bound("normal_map"), "{of}");
+            loops.push((case.name, stage, part("self-shadow"), module.loops));
+        }
+    }
+    // The march toward the light is not in the code where it is left out.
+    let of =
+        |name: &'static str| loops.iter().filter(move |l| l.0 == name).map(|(.., shadow, loops)| (*shadow, *loops));
+    for ((without, fewer), (with, more)) in of("a sun that cannot graze").zip(of("a sun that grazes")) {
+        assert!(!without && with && fewer < more, "{fewer} and {more} loops");
+    }
+}
+
+/// Draws with the plan and with all kept; how many pixels of the picture differ by more than rounding.
+fn differing(rig: &Rig, scene: &Scene, settings: &Settings) -> usize {
+    let [plan, all] = [false, true].map(|keep_all| {
+        let settings = Settings { keep_all, ..settings.clone() };
+        let mut easel = rig.try_easel_with(scene, &settings, EXTENT, false).expect("a renderer");
+        let kept = easel.plan().ledger.decisions().iter().filter(|decision| decision.kept).count();
+        (easel.picture(&scene.camera.unwrap()), kept)
+    });
+    assert!(all.1 >= plan.1, "all is kept, and {} < {}", all.1, plan.1);
+    let pairs = plan.0.chunks_exact(4).zip(all.0.chunks_exact(4));
+    pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1)).count()
+}
+
+/// A device for every case.
+fn able() -> Rig {
+    use Feature as F;
+    Rig::asking(&[F::MeshShader, F::GeometryShader, F::FragmentStoresAndAtomics, F::SampleRateShading])
+}
+
+#[test]
+fn the_picture_with_all_kept_is_the_same() {
+    let rig = able();
+    // The last one, all at once, compiles for long on lavapipe; the sweep below has it.
+    let cases = cases();
+    let (_, quick) = cases.split_last().expect("cases");
+    for (i, case) in quick.iter().enumerate() {
+        // Shells by one stage and the other in turn.
+        let stage = stages(case)[i % stages(case).len()];
+        assert_same(&rig, case, stage);
+    }
+}
+
+#[track_caller]
+fn assert_same(rig: &Rig, case: &Case, stage: Stage) {
+    let differ = differing(rig, &case.scene, &Settings { stage, ..case.settings.clone() });
+    // Drawn as a shell, its outline is not snapped to the rasteriser's grid.
+    let outline = if case.name == "all heights the same" { 2 } else { 0 };
+    assert!(differ <= outline, "{}, {stage}: {differ} pixels differ", case.name);
+}
+
+/// The same over the project's own scenes.
+#[test]
+#[ignore = "some minutes; tests/run figures"]
+fn the_picture_with_all_kept_is_the_same_in_every_scene() {
+    let rig = able();
+    for (case, stage) in cases().iter().flat_map(|case| stages(case).iter().map(move |stage| (case, *stage))) {
+        assert_same(&rig, case, stage);
+    }
+    for name in ["torus", "cube", "suzanne", "stability_seams", "plane", "prism_shell", "procedural", "shadows"] {
+        let scene = asset(&format!("{name}.gltf")).with_defaults(1.6);
+        for (shell, stage) in rig::SHELLS.into_iter().flat_map(|shell| rig::STAGES.map(|stage| (shell, stage))) {
+            let differ = differing(&rig, &scene, &Settings { shell, stage, ..Settings::default() });
+            println!("{name}, {shell}, {stage}: {differ} pixels differ");
+            assert_eq!(differ, 0, "{name}, {shell}, {stage}");
+        }
+    }
+}
+
+/// Each derivation has a reason, and the reason follows the scene.
+#[test]
+fn the_reasons_follow_the_scene() {
+    let decided = |scene: &Scene, settings: &Settings, of: &str, what: &str| {
+        let plan = plan::plan(scene, settings, Stage::Mesh, false);
+        let decision = plan.ledger.find(of, what).unwrap_or_else(|| panic!("{of}: {what}"));
+        assert!(!decision.why.is_empty());
+        (decision.kept, decision.why.clone())
+    };
+    let settings = Settings { still: true, self_shadow: SelfShadow::Hard, ..Settings::default() };
+    let steps = |v: u32| displaced(move |i| (i * v) as u16, 0.2, 0.5);
+    assert!(decided(&steps(257), &settings, "height map 'bumps'", "16 bits").1.contains("exactly"));
+    assert!(decided(&steps(256), &settings, "height map 'bumps'", "16 bits").0);
+    let kept = Settings { keep_all: true, ..settings.clone() };
+    assert!(decided(&steps(257), &kept, "height map 'bumps'", "16 bits").0);
+
+    // The steepest light that still grazes: tan of its elevation is the field's greatest slope.
+    let mut scene = displaced(|i| if i % 8 == 4 { u16::MAX } else { 0 }, 0.02, 0.5);
+    // A cliff of the whole range within a texel of 1 / 8 of the UV, which is as long as the mesh.
+    let slope = 0.02 * 8.0;
+    for (elevation, grazes) in [(0.9 * slope, true), (1.1 * slope, false)] {
+        scene.lights = vec![sun(DVec3::new(1.0, -elevation, 0.0))];
+        assert_eq!(decided(&scene, &settings, "floor.0", "self-shadow").0, grazes, "{elevation}");
+        // Whoever moves lights gets the code for all of them.
+        let moving = Settings { still: false, ..settings.clone() };
+        assert!(decided(&scene, &moving, "floor.0", "self-shadow").0);
+    }
+    // So near a lamp stands over it that none of its light comes in low; farther away some does.
+    for (height, grazes) in [(0.5, false), (0.2, true)] {
+        let lamp = Light { kind: LightKind::Point, position: DVec3::new(0.0, height, 0.0), ..sun(DVec3::NEG_Y) };
+        scene.lights = vec![lamp];
+        assert_eq!(decided(&scene, &settings, "floor.0", "self-shadow").0, grazes, "{height}");
+    }
+    // On a bent sheet every light may graze.
+    scene.lights = vec![sun(DVec3::NEG_Y)];
+    assert!(!decided(&scene, &settings, "floor.0", "self-shadow").0);
+    scene.meshes[0].primitives[0].positions[2].y += 0.3;
+    assert!(decided(&scene, &settings, "floor.0", "self-shadow").0);
+}
