@@ -28,42 +28,51 @@ layout(location = 0) flat in uint in_prism;
 layout(location = 1) PER_SAMPLE in float in_level;
 #endif
 
-void main() {
-    Object object = objects.item[draw.object];
-    vec2 ndc = pixel_ndc(ray_point());
+// The first hit of the pixel's ray.
+WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc) {
     WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
-    MarchSettings settings = march_settings();
     int limit = 64 + 2 * int(draw.prism_count);
-    WalkHit hit;
 #ifdef WALK_LIDS
     Standing at = walk_stand(ray, in_prism, 2);
     WalkStart start = walk_start(ray, in_level, at);
-    if (!start.found) {
-        discard;
+    WalkHit hit = WalkHit(false, in_prism, 0.0, vec3(0.0), -1, 0);
+    if (start.found) {
+        WalkTrail trail = NO_TRAIL;
+        hit = walk(ray, settings, at, start, limit, trail);
     }
-    WalkTrail trail = NO_TRAIL;
-    hit = walk(ray, settings, at, start, limit, trail);
+    return hit;
 #else
-    hit = border_hit(in_prism, ray, object, settings, limit);
+    return border_hit(in_prism, ray, object, settings, limit);
 #endif
+}
+
+void main() {
+    Object object = objects.item[draw.object];
+    vec2 ndc = pixel_ndc(ray_point());
+    MarchSettings settings = march_settings();
+    WalkHit hit = first_hit(object, settings, ndc);
     count_limits(hit.limits);
-    if (!hit.hit) {
+    // What misses is discarded at the end: before it, lavapipe would run all that follows for no fragment.
+    bool shown = hit.hit;
+    if (shown) {
+        uvec4 corners = prisms.item[hit.prism].corners;
+        Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
+        Prism shaded;
+        vec3 depth, slope;
+        for (int k = 0; k < 3; ++k) {
+            shaded.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
+            depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
+            slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
+        }
+        shaded.plain = is_plain(corners.w);
+        float hit_depth = depth_at(hit.lambda, hit.t, depth, slope);
+        shown = hit_depth >= frame.lens.z && hit_depth <= frame.lens.w;
+        if (shown) {
+            ShellHit shell_hit = ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits);
+            shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
+        }
+    }
+    if (!shown) {
         discard;
     }
-    uvec4 corners = prisms.item[hit.prism].corners;
-    Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
-    Prism shaded;
-    vec3 depth, slope;
-    for (int k = 0; k < 3; ++k) {
-        shaded.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
-        depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
-        slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
-    }
-    shaded.plain = is_plain(corners.w);
-    float hit_depth = depth_at(hit.lambda, hit.t, depth, slope);
-    if (hit_depth < frame.lens.z || hit_depth > frame.lens.w) {
-        discard;
-    }
-    ShellHit shell_hit = ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits);
-    shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
 }

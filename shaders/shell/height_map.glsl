@@ -6,7 +6,7 @@
 // The texels of cell `cell`, which spans texel centres `cell` and `cell` + 1, row by row: gathered from the middle of the
 // four, where rounding cannot choose others.
 vec4 map_cell(sampler2D map, vec2 size, ivec2 cell) {
-    return textureGather(map, (vec2(cell) + 1.0) / size).wzxy;
+    return textureGather(map, (vec2(cell) + 1.0) * (1.0 / size)).wzxy;
 }
 
 // The four texels around `uv` and the position between them.

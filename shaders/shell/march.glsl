@@ -148,8 +148,8 @@ vec3 over(vec3 q, float a, float b) {
 
 #ifdef MARCH_NONE
 // No height is looked up: the base surface at level 0, which is what a walk costs at least.
-float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
-             inout int limits) {
+float search_whole(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+                   inout int limits) {
     bool falls = above && leave.t < 0.0;
     above = leave.t >= 0.0;
     return falls ? clamp(entry.t / (entry.t - leave.t), 0.0, 1.0) : NO_HIT;
@@ -181,8 +181,8 @@ Curve path_curve(MarchSettings settings, UvPath path, PathEnd entry, PathEnd lea
 }
 
 // Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
-float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
-             inout int limits) {
+float search_whole(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+                   inout int limits) {
     Curve curve = path_curve(settings, path, entry, leave, chord);
     Field field = Field(settings.scale, settings.midlevel, above ? 1.0 : -1.0, settings.two_sided);
     vec2 cells = abs(leave.uv - entry.uv) * settings.map_size;
@@ -210,8 +210,8 @@ float path_bend(MarchSettings settings, UvPath path, float a, float b) {
 }
 
 // Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
-float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
-             inout int limits) {
+float search_whole(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+                   inout int limits) {
     ConeSettings cones = ConeSettings(settings.refine_steps, settings.two_sided);
     int steps = settings.max_steps;
     float from = 0.0, piece = 1.0, inverse = 1.0 / settings.scale;
@@ -235,6 +235,7 @@ float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
     return NO_HIT;
 }
 #else
+#define MARCH_SAMPLES
 struct SearchPath {
     MarchSettings settings;
     UvPath path;
@@ -248,34 +249,74 @@ float clearance(SearchPath on, float along) {
 }
 
 #include "shell/refine.glsl"
+#endif
 
-// Where along the interval (0 to 1) the field is hit, or NO_HIT; `above` is where the ray starts and, on return, ends.
-float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
-             inout int limits) {
-    SearchPath on = SearchPath(settings, path, entry, leave, chord);
-    Refinement by = Refinement(settings.refine_steps, settings.tolerance * settings.scale);
+// A search comes in two parts, so that rays that cross the field in different prisms, or after different numbers of
+// steps, are refined at once where they run side by side.
+#ifdef MARCH_SAMPLES
+#define Found Bracket
+const bool KEEPS_CLEARANCE = true;
+
+// Whether the interval crosses the field, and between which samples. `above` is where the ray starts and, on return,
+// ends: for a crossing, before it. `clear`: the ray's height over the field at the entry; on return, at the end. Only
+// where KEEPS_CLEARANCE.
+bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout float clear, inout int limits, out Found x) {
     float texels = length((leave.uv - entry.uv) * settings.map_size);
     int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
     int count = sample_count(steps);
     float start = search_start();
-    Bracket x;
+    bool found = false;
     x.a = 0.0;
-    x.fa = entry.t - surface_level(settings, entry.uv);
-    for (int i = 1; i <= count; ++i) {
-        x.b = sample_at(i, steps, start);
-        x.fb = i == count ? leave.t - surface_level(settings, leave.uv) : clearance(on, x.b);
-        if ((x.fb >= 0.0) != above) {
-            if (above || settings.two_sided) {
-                return refined(on, by, x, above);
-            }
-            above = true;
-        }
-        x.a = x.b;
-        x.fa = x.fb;
+    x.fa = clear;
+    int i = 0;
+    do {
+        x.b = sample_at(++i, steps, start);
+        // The end is known better from its wall, and the same for the neighbour.
+        bool last = i == count;
+        float t = last ? leave.t : mix(entry.t, leave.t, x.b);
+        vec2 uv = last ? leave.uv : chord ? mix(entry.uv, leave.uv, x.b) : path_uv(path, t);
+        x.fb = t - surface_level(settings, uv);
+        bool through = (x.fb >= 0.0) != above;
+        found = through && (above || settings.two_sided);
+        above = above || (through && !found);
+        x.a = found ? x.a : x.b;
+        x.fa = found ? x.fa : x.fb;
+    } while (!found && i < count);
+    clear = x.fb;
+    return found;
+}
+
+// Where along the interval (0 to 1) that crossing lies.
+float crossing(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, bool above, Found x) {
+    Refinement by = Refinement(settings.refine_steps, settings.tolerance * settings.scale);
+    return refined(SearchPath(settings, path, entry, leave, chord), by, x, above);
+}
+#else
+#define Found float
+const bool KEEPS_CLEARANCE = false;
+
+bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout float clear, inout int limits, out Found along) {
+    along = search_whole(settings, path, entry, leave, chord, above, limits);
+    return along <= 1.0;
+}
+
+float crossing(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, bool above, Found along) {
+    return along;
+}
+#endif
+
+// Both in one: where along the interval (0 to 1) the field is hit, or NO_HIT.
+float search(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
+             inout int limits) {
+    float clear = KEEPS_CLEARANCE ? entry.t - surface_level(settings, entry.uv) : 0.0;
+    Found found;
+    if (crosses(settings, path, entry, leave, chord, above, clear, limits, found)) {
+        return crossing(settings, path, entry, leave, chord, above, found);
     }
     return NO_HIT;
 }
-#endif
 
 // Whether a ray that leaves through a wall at level t hits the step there, of those whose far side is no prism: the plain
 // neighbour's, and from behind the closed border too.

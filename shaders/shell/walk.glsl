@@ -40,7 +40,9 @@ WalkRay pixel_ray(vec4 x, vec4 y, vec4 w, vec2 ndc, float handedness) {
 struct Standing {
     uint prism;
     int entry;
+    uvec4 corners; // walk_corners of the prism
     vec2 pa, qa, pb, qb, pc, qc;
+    vec2 uv_a, uv_b, uv_c;
     vec3 bc, ca, ab;
 };
 
@@ -106,7 +108,11 @@ Standing walk_stand(WalkRay ray, uint prism, int entry) {
     Standing at;
     at.prism = prism;
     at.entry = entry;
-    uvec3 corners = walk_turned(walk_corners(prism).xyz, entry);
+    at.corners = walk_corners(prism);
+    uvec3 corners = walk_turned(at.corners.xyz, entry);
+    at.uv_a = walk_uv(corners.x);
+    at.uv_b = walk_uv(corners.y);
+    at.uv_c = walk_uv(corners.z);
     walk_across(ray, corners.x, at.pa, at.qa);
     walk_across(ray, corners.y, at.pb, at.qb);
     walk_across(ray, corners.z, at.pc, at.qc);
@@ -125,10 +131,19 @@ void walk_over(WalkRay ray, uint neighbour, int turned, inout Standing at) {
     at.qb = turned == EXIT_BC ? at.qb : turned == EXIT_CA ? at.qc : at.qa;
     at.pa = pa;
     at.qa = qa;
+    vec2 uv_a = turned == EXIT_BC ? at.uv_c : turned == EXIT_CA ? at.uv_a : at.uv_b;
+    at.uv_b = turned == EXIT_BC ? at.uv_b : turned == EXIT_CA ? at.uv_c : at.uv_a;
+    at.uv_a = uv_a;
     at.prism = neighbour >> 2;
     at.entry = int(neighbour & 3u);
-    uvec4 corners = walk_corners(at.prism);
-    walk_across(ray, at.entry == 0 ? corners.x : at.entry == 1 ? corners.y : corners.z, at.pc, at.qc);
+    at.corners = walk_corners(at.prism);
+    uvec3 corners = walk_turned(at.corners.xyz, at.entry);
+    walk_across(ray, corners.z, at.pc, at.qc);
+    at.uv_c = walk_uv(corners.z);
+    if (wall_kind(at.corners.w, at.entry) != WALL_SAME) {
+        at.uv_a = walk_uv(corners.x);
+        at.uv_b = walk_uv(corners.y);
+    }
     at.ab = -shared_wall;
     at.bc = wall_between(at.pb, at.qb, at.pc, at.qc);
     at.ca = wall_between(at.pc, at.qc, at.pa, at.qa);
@@ -139,7 +154,8 @@ void walk_over(WalkRay ray, uint neighbour, int turned, inout Standing at) {
 float exit_level(vec3 s, float handedness) {
     precise float discriminant = s.y * s.y - 4.0 * s.x * s.z;
     float root = handedness * sqrt(discriminant);
-    return handedness * s.y > 0.0 ? -(s.y + root) / (2.0 * s.z) : 2.0 * s.x / (root - s.y);
+    bool larger = handedness * s.y > 0.0;
+    return (larger ? -(s.y + root) : 2.0 * s.x) / (larger ? 2.0 * s.z : root - s.y);
 }
 
 // Takes the exit through one wall where it is nearer than `leave`.
@@ -168,7 +184,7 @@ bool walk_in_level(Standing at, float t) {
 
 // The exit of a ray within level t: the wall that it crosses farthest on, but for the one it came through.
 void walk_level_exit(WalkRay ray, Standing at, bool from_ab, float t, inout float leave, inout int turned) {
-    uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
+    uvec3 corners = walk_turned(at.corners.xyz, at.entry);
     vec2 across[3] = vec2[3](at.pa + t * at.qa, at.pb + t * at.qb, at.pc + t * at.qc);
     vec3 walls[3] = vec3[3](at.bc, at.ca, at.ab), toward = cross(ray.x.xyz, ray.y.xyz), distance;
     for (int k = 0; k < 3; ++k) {
@@ -228,10 +244,12 @@ void walk_turn(int turned, inout Standing at) {
     Standing was = at;
     if (turned == EXIT_BC) {
         at.pa = was.pb; at.qa = was.qb; at.pb = was.pc; at.qb = was.qc; at.pc = was.pa; at.qc = was.qa;
+        at.uv_a = was.uv_b; at.uv_b = was.uv_c; at.uv_c = was.uv_a;
         at.ab = was.bc; at.bc = was.ca; at.ca = was.ab;
         at.entry = walk_number(was.entry, EXIT_BC);
     } else if (turned == EXIT_CA) {
         at.pa = was.pc; at.qa = was.qc; at.pb = was.pa; at.qb = was.qa; at.pc = was.pb; at.qc = was.qb;
+        at.uv_a = was.uv_c; at.uv_b = was.uv_a; at.uv_c = was.uv_b;
         at.ab = was.ca; at.bc = was.ab; at.ca = was.bc;
         at.entry = walk_number(was.entry, EXIT_CA);
     }
@@ -264,9 +282,6 @@ WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
     WalkStart start = WalkStart(level, 1.0, false, false);
     float least = 1e30;
     int turned = EXIT_NONE;
-    walk_wall_entry(at.bc, at.ca, at.ab, EXIT_BC, ray.handedness, level, reach, least, turned, start);
-    walk_wall_entry(at.ca, at.ab, at.bc, EXIT_CA, ray.handedness, level, reach, least, turned, start);
-    walk_wall_entry(at.ab, at.bc, at.ca, EXIT_AB, ray.handedness, level, reach, least, turned, start);
     for (int end = 0; end < 2; ++end) {
         vec3 weights = walk_weights(at, reach[end]);
         float low = min(weights.x, min(weights.y, weights.z)), high = max(weights.x, max(weights.y, weights.z));
@@ -276,8 +291,66 @@ WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
             walk_entry(reach[end], vec2(front), ray.handedness, level, EXIT_NONE, least, turned, start);
         }
     }
-    walk_turn(turned, at);
+    // Most rays come in so. If one leaves through a wall and comes back through it, the walk finds that.
+    if (!start.found) {
+        walk_wall_entry(at.bc, at.ca, at.ab, EXIT_BC, ray.handedness, level, reach, least, turned, start);
+        walk_wall_entry(at.ca, at.ab, at.bc, EXIT_CA, ray.handedness, level, reach, least, turned, start);
+        walk_wall_entry(at.ab, at.bc, at.ca, EXIT_AB, ray.handedness, level, reach, least, turned, start);
+        walk_turn(turned, at);
+    }
     return start;
+}
+
+// The prism in which the ray is where the raster met a lid or base at about `level`, if not in `at`, and how it enters
+// that.
+WalkStart walk_locate(WalkRay ray, float level, inout Standing at) {
+    WalkStart start = WalkStart(level, 1.0, false, false);
+    bool looks = true;
+    for (int i = 0; i < WALK_LOCATE_HOPS && looks; ++i) {
+        // The raster's neighbour may be the ray's own, and the ray may pass all this prism's lid within its growth.
+        vec4 range = walk_range(at.prism);
+        float margin = walk_margin(at.prism);
+        start = walk_enter(ray, level, range.zw + vec2(-margin, margin), at);
+        looks = !start.found;
+        if (looks) {
+            vec3 weights = walk_weights(at, level);
+            weights *= weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
+            // Not back over the wall it came by: next to a vertex two prisms may each hold the ray to be in the other, as
+            // a slanted lid's level is not quite the ray's. It goes on around the vertex.
+            bool over_ab = i == 0 && weights.z < min(weights.x, weights.y);
+            int turned = over_ab ? EXIT_AB : weights.x <= weights.y ? EXIT_BC : EXIT_CA;
+            uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
+            // Beyond a border there is nothing to begin in: the border's own prism sees the ray come in.
+            looks = neighbour != NO_NEIGHBOUR;
+            if (looks) {
+                walk_over(ray, neighbour, turned, at);
+            }
+        }
+    }
+    return start;
+}
+
+// Whether the ray, which comes in through a wall, was under the lid or over the base there already; then it stands where
+// it came into the prism before.
+bool walk_back(WalkRay ray, inout WalkStart start, inout Standing at) {
+    uvec3 corners = walk_turned(at.corners.xyz, at.entry);
+    vec2 lids = mix(walk_lids(corners.x), walk_lids(corners.y), weight_between(at.pa, at.qa, at.pb, at.qb, start.t));
+    uint neighbour = walk_neighbour(at.prism, at.entry);
+    if (start.t <= lids.x || start.t >= lids.y || neighbour == NO_NEIGHBOUR) {
+        return false;
+    }
+    walk_over(ray, neighbour, EXIT_AB, at);
+    start.front = quadratic(at.bc, start.t) + quadratic(at.ca, start.t) < 0.0 ? -1.0 : 1.0;
+    vec4 range = walk_range(at.prism);
+    float end = start.front * ray.handedness > 0.0 ? range.z : range.w, back = end;
+    int turned = EXIT_NONE;
+    walk_exit(at.bc, EXIT_BC, -ray.handedness, start.front, start.t, back, turned);
+    walk_exit(at.ca, EXIT_CA, -ray.handedness, start.front, start.t, back, turned);
+    walk_exit(at.ab, EXIT_AB, -ray.handedness, start.front, start.t, back, turned);
+    start.t = back;
+    start.on_wall = turned != EXIT_NONE;
+    walk_turn(turned, at);
+    return true;
 }
 
 // The start of a walk from the lid or base that the raster met in prism `at`, grown to about `level`: where the ray was
@@ -286,46 +359,13 @@ WalkStart walk_enter(WalkRay ray, float level, vec2 reach, inout Standing at) {
 WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
     vec4 range = walk_range(at.prism);
     WalkStart start = walk_enter(ray, level, vec2(min(range.z, level), max(range.w, level)), at);
-    for (int i = 0; i < WALK_LOCATE_HOPS && !start.found; ++i) {
-        // The raster's neighbour may be the ray's own, and the ray may pass all this prism's lid within its growth.
-        range = walk_range(at.prism);
-        float margin = walk_margin(at.prism);
-        start = walk_enter(ray, level, range.zw + vec2(-margin, margin), at);
-        if (start.found) {
-            break;
-        }
-        vec3 weights = walk_weights(at, level);
-        weights *= weights.x + weights.y + weights.z < 0.0 ? -1.0 : 1.0;
-        // Not back over the wall it came by: next to a vertex two prisms may each hold the ray to be in the other, as a
-        // slanted lid's level is not quite the ray's. It goes on around the vertex.
-        bool over_ab = i == 0 && weights.z < min(weights.x, weights.y);
-        int turned = over_ab ? EXIT_AB : weights.x <= weights.y ? EXIT_BC : EXIT_CA;
-        uint neighbour = walk_neighbour(at.prism, walk_number(at.entry, turned));
-        if (neighbour == NO_NEIGHBOUR) {
-            // Beyond a border there is nothing to begin in: the border's own prism sees the ray come in.
-            return start;
-        }
-        walk_over(ray, neighbour, turned, at);
+    if (!start.found) {
+        start = walk_locate(ray, level, at);
     }
     for (int i = 0; i < WALK_BACK_HOPS && start.on_wall; ++i) {
-        uvec3 corners = walk_turned(walk_corners(at.prism).xyz, at.entry);
-        vec2 lids = mix(walk_lids(corners.x), walk_lids(corners.y),
-                        weight_between(at.pa, at.qa, at.pb, at.qb, start.t));
-        uint neighbour = walk_neighbour(at.prism, at.entry);
-        if (start.t <= lids.x || start.t >= lids.y || neighbour == NO_NEIGHBOUR) {
+        if (!walk_back(ray, start, at)) {
             break;
         }
-        walk_over(ray, neighbour, EXIT_AB, at);
-        start.front = quadratic(at.bc, start.t) + quadratic(at.ca, start.t) < 0.0 ? -1.0 : 1.0;
-        range = walk_range(at.prism);
-        float end = start.front * ray.handedness > 0.0 ? range.z : range.w, back = end;
-        int turned = EXIT_NONE;
-        walk_exit(at.bc, EXIT_BC, -ray.handedness, start.front, start.t, back, turned);
-        walk_exit(at.ca, EXIT_CA, -ray.handedness, start.front, start.t, back, turned);
-        walk_exit(at.ab, EXIT_AB, -ray.handedness, start.front, start.t, back, turned);
-        start.t = back;
-        start.on_wall = turned != EXIT_NONE;
-        walk_turn(turned, at);
     }
     return start;
 }
@@ -355,11 +395,20 @@ void walk_leave(Standing at, int turned, float t, float leave, inout WalkTrail t
 
 // The first hit from `start` on. `limit`: prisms after which it gives up. `trail` begins as NO_TRAIL.
 WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, int limit, inout WalkTrail trail) {
-    WalkHit none = WalkHit(false, 0u, 0.0, vec3(0.0), -1, 0);
+    WalkHit hit = WalkHit(false, 0u, 0.0, vec3(0.0), -1, 0);
     float t = start.t, front = start.front;
     int came = start.on_wall ? EXIT_AB : EXIT_NONE;
     bool above = true, fresh = true;
-    for (; limit > 0; --limit) {
+    // The crossing of the field, and the interval in which it lies.
+    bool crossed = false, chord = false;
+    Found found;
+    UvPath path;
+    PathEnd entry, end;
+    // The ray's height over the field where it came in, if the last prism knows it.
+    float clear = 0.0;
+    bool clear_known = false;
+    bool walks = true;
+    do {
         vec4 range = walk_range(at.prism);
         walk_pass(at.prism, trail);
 
@@ -382,88 +431,95 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
         float entry_t = clamp(t, range.x, range.y), leave_t = clamp(leave, range.x, range.y);
         bool passes = entry_t != leave_t || (in_level && entry_t == t);
         if (passes) {
-            uvec4 data = walk_corners(at.prism);
-            uvec3 corners = walk_turned(data.xyz, at.entry);
-            vec2 uv_a = walk_uv(corners.x), uv_b = walk_uv(corners.y), uv_c = walk_uv(corners.z);
-            PathEnd entry, end;
             entry.t = entry_t;
             entry.wall = entry_t == t ? came : EXIT_NONE;
             bool at_origin = in_level && came == EXIT_NONE && entry_t == t;
             entry.lambda = at_origin ? ray.lambda : walk_lambda(at, entry.wall, entry_t);
-            entry.uv = entry.lambda.x * uv_a + entry.lambda.y * uv_b + entry.lambda.z * uv_c;
+            entry.uv = entry.lambda.x * at.uv_a + entry.lambda.y * at.uv_b + entry.lambda.z * at.uv_c;
             end.t = leave_t;
             end.wall = leave_t == leave ? turned : EXIT_NONE;
             end.lambda = walk_lambda(at, end.wall, leave_t);
-            end.uv = end.lambda.x * uv_a + end.lambda.y * uv_b + end.lambda.z * uv_c;
+            end.uv = end.lambda.x * at.uv_a + end.lambda.y * at.uv_b + end.lambda.z * at.uv_c;
 
+            uint kind = entry.wall == EXIT_AB ? wall_kind(at.corners.w, at.entry) : WALL_SAME;
+            // On a wall where the surface takes a step, or at the start.
+            bool steps = entry_t == t && (fresh || kind != WALL_SAME);
+            float here = 0.0;
+            if (steps || (KEEPS_CLEARANCE && (!clear_known || entry_t != t))) {
+                here = surface_level(settings, entry.uv);
+                clear = entry_t - here;
+            }
             if (entry_t != t) {
                 // In through an end of the levels.
                 above = travel < 0.0;
-            } else if (fresh || (came == EXIT_AB && wall_kind(data.w, at.entry) != WALL_SAME)) {
-                // On a wall where the surface takes a step, or at the start.
-                float here = surface_level(settings, entry.uv);
-                uint kind = came == EXIT_AB ? wall_kind(data.w, at.entry) : WALL_SAME;
+            } else if (steps) {
                 bool was = above;
                 above = t >= here;
                 if (fresh && came == EXIT_AB) {
-                    was = ray.shadow ? above : walk_outside(at, settings, data.w, t, above);
+                    was = ray.shadow ? above : walk_outside(at, settings, at.corners.w, t, above);
                 }
-                if (kind != WALL_SAME && was != above && (was || ray.shadow || wall_behind(data.w, at.entry))) {
-                    return WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, 0);
+                if (kind != WALL_SAME && was != above && (was || ray.shadow || wall_behind(at.corners.w, at.entry))) {
+                    walks = false;
+                    hit = WalkHit(true, at.prism, t, walk_unturned(entry.lambda, at.entry), at.entry, hit.limits);
                 }
             }
-
-            UvPath path;
-            vec2 ub = uv_b - uv_a, uc = uv_c - uv_a;
-            path.u = at.ca * ub.x + at.ab * uc.x;
-            path.v = at.ca * ub.y + at.ab * uc.y;
-            path.w = at.bc + at.ca + at.ab;
-            path.origin = uv_a;
-            bool chord = in_level || follows_chord(entry_t, leave_t, range.y - range.x);
-            int limits = 0;
-            float along = search(settings, path, entry, end, chord, above, limits);
-            none.limits += limits;
-            if (along <= 1.0) {
-                float hit = mix(entry_t, leave_t, along);
-                vec3 lambda = chord ? mix(entry.lambda, end.lambda, along) : walk_lambda(at, EXIT_NONE, hit);
-                return WalkHit(true, at.prism, hit, walk_unturned(lambda, at.entry), -1, none.limits);
+            if (walks) {
+                vec2 ub = at.uv_b - at.uv_a, uc = at.uv_c - at.uv_a;
+                path.u = at.ca * ub.x + at.ab * uc.x;
+                path.v = at.ca * ub.y + at.ab * uc.y;
+                path.w = at.bc + at.ca + at.ab;
+                path.origin = at.uv_a;
+                chord = in_level || follows_chord(entry_t, leave_t, range.y - range.x);
+                crossed = crosses(settings, path, entry, end, chord, above, clear, hit.limits, found);
+                walks = !crossed;
+                clear_known = end.wall != EXIT_NONE;
             }
-            if (end.wall != EXIT_NONE) {
+            if (walks && end.wall != EXIT_NONE) {
                 int wall = walk_number(at.entry, end.wall);
-                if (steps_out(wall_kind(data.w, wall), above, leave_t, settings.two_sided)) {
-                    return WalkHit(true, at.prism, leave_t, walk_unturned(end.lambda, at.entry), wall, none.limits);
+                if (steps_out(wall_kind(at.corners.w, wall), above, leave_t, settings.two_sided)) {
+                    walks = false;
+                    hit = WalkHit(true, at.prism, leave_t, walk_unturned(end.lambda, at.entry), wall, hit.limits);
                 }
             }
-        } else if (leave != t) {
-            above = t >= range.y;
+        } else {
+            above = leave == t ? above : t >= range.y;
+            clear_known = false;
         }
-        fresh = fresh && !passes && leave == t;
-        if (travel > 0.0 ? leave > range.y : leave < range.x) {
-            // Past the surface's levels; past the lid or base too where none of this prism's corners has it further
-            // out. What the ray meets then it enters anew, through a lid or base.
-            above = travel > 0.0;
-            if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                float margin = ray.shadow ? 0.0 : walk_margin(at.prism);
-                if (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin) {
-                    walk_leave(at, turned, t, leave, trail);
-                    return none;
+        if (walks) {
+            fresh = fresh && !passes && leave == t;
+            bool leaves = turned == EXIT_NONE;
+            if (travel > 0.0 ? leave > range.y : leave < range.x) {
+                // Past the surface's levels; past the lid or base too where none of this prism's corners has it further
+                // out. What the ray meets then it enters anew, through a lid or base.
+                above = travel > 0.0;
+                if (travel > 0.0 ? leave > range.w : leave < range.z) {
+                    float margin = ray.shadow ? 0.0 : walk_margin(at.prism);
+                    leaves = leaves || (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin);
                 }
             }
+            uint neighbour = leaves ? NO_NEIGHBOUR : walk_neighbour(at.prism, walk_number(at.entry, turned));
+            walks = neighbour != NO_NEIGHBOUR;
+            if (walks) {
+                walk_over(ray, neighbour, turned, at);
+                t = leave;
+                came = EXIT_AB;
+                // Around a vertex the two others may disagree by rounding; the larger tells.
+                front = quadratic(at.bc, t) + quadratic(at.ca, t) < 0.0 ? -1.0 : 1.0;
+            } else {
+                walk_leave(at, turned, t, leave, trail);
+            }
         }
-        uint neighbour = turned == EXIT_NONE ? NO_NEIGHBOUR
-                                             : walk_neighbour(at.prism, walk_number(at.entry, turned));
-        if (neighbour == NO_NEIGHBOUR) {
-            walk_leave(at, turned, t, leave, trail);
-            return none;
-        }
-        walk_over(ray, neighbour, turned, at);
-        t = leave;
-        came = EXIT_AB;
-        // Around a vertex the two others may disagree by rounding; the larger tells.
-        front = quadratic(at.bc, t) + quadratic(at.ca, t) < 0.0 ? -1.0 : 1.0;
+    } while (walks && --limit > 0);
+    hit.limits += walks ? 1 : 0;
+    if (crossed) {
+        float along = crossing(settings, path, entry, end, chord, above, found);
+        hit.hit = true;
+        hit.prism = at.prism;
+        hit.t = mix(entry.t, end.t, along);
+        vec3 lambda = chord ? mix(entry.lambda, end.lambda, along) : walk_lambda(at, EXIT_NONE, hit.t);
+        hit.lambda = walk_unturned(lambda, at.entry);
     }
-    none.limits += 1;
-    return none;
+    return hit;
 }
 
 #endif
