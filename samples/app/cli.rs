@@ -335,7 +335,7 @@ impl BenchArgs {
 #[cfg(feature = "report")]
 #[derive(Clone, Debug, Args)]
 pub struct ReportArgs {
-    /// The folder that is filled: index.html, points.csv, plots as SVG, pictures as PNG; made where it is missing
+    /// The folder that is filled: index.html with all pictures in it, points.csv, plots as SVG; made where it is missing
     #[arg(long, value_name = "DIR", default_value = "report")]
     pub out: PathBuf,
 
