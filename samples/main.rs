@@ -10,6 +10,7 @@ mod prism_shell;
 mod procedural;
 #[cfg(feature = "report")]
 mod report;
+mod self_shadow;
 mod shadows;
 mod silhouette;
 mod stability;
@@ -25,6 +26,7 @@ fn main() -> std::process::ExitCode {
         &stability::Stability,
         &cloth::Cloth,
         &shadows::Shadows,
+        &self_shadow::SelfShadows,
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,

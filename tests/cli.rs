@@ -231,6 +231,7 @@ fn list_names_the_samples_on_stdout() {
         "stability",
         "cloth",
         "shadows",
+        "self_shadow",
         "techniques",
         "silhouette",
         "depth_offset",

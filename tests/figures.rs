@@ -6,12 +6,7 @@
 
 mod rig;
 
-use std::{
-    fmt::Write as _,
-    fs,
-    path::Path,
-    time::{Duration, SystemTime},
-};
+use std::{fmt::Write as _, fs};
 
 use prism_engine::{
     measure::Metrics,
@@ -21,6 +16,7 @@ use prism_engine::{
 use rig::{
     Rig, SHELLS, STAGES,
     exactness::{self, ABOVE_1, COVERAGE, DEPTH_P99, SCENES},
+    record,
 };
 
 /// Cells that miss a figure for now: scene, figure, why. They are measured and shown like the others, as missed.
@@ -155,45 +151,17 @@ fn write_table(device: &str, cells: &[Cell]) {
          Against the f64 reference, at the same pixel centres. To be reached in every cell: depth p99 ≤ {DEPTH_P99} pixel \
          footprints, share above 1 footprint ≤ {ABOVE_1}, coverage differs on ≤ {COVERAGE} of the covered pixels, no NaN, \
          no loop that reached its limit, the same bytes when drawn again. {} cells, {missed} missed.\n\n{HEADER}\n{}\n",
-        date(),
+        record::date(),
         cells.len(),
         rows.join("\n")
     );
     for (scene, figure, why) in EXPECTED_MISSES {
         let _ = writeln!(text, "\n{scene}, {figure}: {why}");
     }
-    let name = if device.contains("llvmpipe") { "lavapipe".to_owned() } else { slug(device) };
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/figures");
-    fs::create_dir_all(&folder).expect("the folder of tables");
-    fs::write(folder.join(format!("{name}.md")), text).expect("the table");
-}
-
-/// Letters and digits, the rest as single dashes.
-fn slug(text: &str) -> String {
-    let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("-")
-}
-
-/// Today, UTC: the Gregorian calendar from the count of days.
-fn date() -> String {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    civil(since.as_secs() / 86_400)
-}
-
-/// The date so many days after 1970-01-01 (Howard Hinnant, "chrono-compatible low-level date algorithms").
-fn civil(days: u64) -> String {
-    // Counted from 0000-03-01, so that the leap day ends a year.
-    let days = days + 719_468;
-    let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted = (5 * day_of_year + 2) / 153;
-    let month = if shifted < 10 { shifted + 3 } else { shifted - 9 };
-    let year = era * 400 + year_of_era + u64::from(month <= 2);
-    format!("{year}-{month:02}-{:02}", day_of_year - (153 * shifted + 2) / 5 + 1)
+    fs::write(record::path(&format!("{}.md", record::device_name(device))), text).expect("the table");
 }
 
 #[test]
 fn dates_are_those_of_the_calendar() {
-    assert_eq!([0, 59, 11_016, 20_779].map(civil), ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-22"]);
+    assert_eq!([0, 59, 11_016, 20_779].map(record::civil), ["1970-01-01", "1970-03-01", "2000-02-29", "2026-11-22"]);
 }

@@ -76,6 +76,16 @@ def shadows():
     return s
 
 
+def self_shadow():
+    """A floor of cobbles, two triangles, under a low sun."""
+    s = Scene("self_shadow")
+    floor = s.geometry(shapes.sheet((0, 0, 0), (1.0, 0, 0), (0, 0, 1.0)))
+    s.node(name="cobbles", mesh=s.mesh("cobbles", floor, s.displaced("cobbles", 0.12, 1.0)))
+    s.camera((0.0, 1.15, 1.75), (0.0, -0.1, 0.05), 38)
+    s.sun((-0.9, 0.28, 0.3))
+    return s
+
+
 def techniques():
     """A cube and a torus: a flat and a curved surface for every technique."""
     s = Scene("techniques")
@@ -182,6 +192,7 @@ def make():
         prism_shell(),
         procedural(),
         shadows(),
+        self_shadow(),
         techniques(),
         silhouette(),
         depth_offset(),

@@ -140,6 +140,8 @@ pub enum SelfShadow {
     Off,
     /// A second march toward the light, lit or dark.
     Hard,
+    /// The same toward a round light: how much of it the detail leaves.
+    Soft,
 }
 
 /// Whether a frame's depth is drawn before its colours. Of surfaces that coincide the last one drawn then shows, else the
@@ -238,6 +240,11 @@ pub struct Settings {
     pub lod_fade: Option<f32>,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
+    /// Tangent of the angular radius of every light of [`SelfShadow::Soft`]; 0 is [`SelfShadow::Hard`].
+    pub shadow_softness: f32,
+    /// Most linear steps of a ray toward a light: along the whole ray (base surface), in a prism (shell). None: as the
+    /// march's own.
+    pub shadow_steps: Option<u32>,
     /// What the height field hides of the sky dims the ambient light.
     pub ambient_occlusion: bool,
     /// Lights cast shadows through depth maps of what they see.
@@ -281,6 +288,8 @@ impl Default for Settings {
             depth_offset: true,
             lod_fade: None,
             self_shadow: SelfShadow::Off,
+            shadow_softness: 0.05,
+            shadow_steps: None,
             ambient_occlusion: false,
             shadow_map: false,
             shadow_map_size: 1024,
@@ -348,6 +357,6 @@ names!(March {
 });
 names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
 names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
-names!(SelfShadow { Off = "off", Hard = "hard" });
+names!(SelfShadow { Off = "off", Hard = "hard", Soft = "soft" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

@@ -31,15 +31,16 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     }
     settings.shadow_map_size = args.shadow_map_size.unwrap_or(base.shadow_map_size);
     settings.cascades = args.cascades.unwrap_or(base.cascades);
-    settings.self_shadow = args.self_shadow.unwrap_or(base.self_shadow);
     if args.refine_steps.is_some() && !settings.march.refines() {
         return usage(format!(
             "--refine-steps: march {} does not refine; use --march relief, secant, contact or relaxed-cone",
             settings.march
         ));
     }
-    // The exact march needs none; its shadow rays on a base surface do.
-    let takes_steps = settings.march != March::Exact || (!shelled && settings.self_shadow != SelfShadow::Off);
+    self_shadow_flags(args, shelled, &mut settings)?;
+    // The exact march needs none; its shadow rays on a base surface do, where they have none of their own.
+    let shadows = settings.self_shadow != SelfShadow::Off && settings.shadow_steps.is_none();
+    let takes_steps = settings.march != March::Exact || (!shelled && shadows);
     if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
     }
@@ -48,7 +49,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     }
     settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
     // Their number of steps is the heights' to decide, up to the most.
-    if settings.march.reads_cones() && settings.self_shadow != SelfShadow::Hard && args.min_steps.is_some() {
+    if settings.march.reads_cones() && settings.self_shadow == SelfShadow::Off && args.min_steps.is_some() {
         return usage(format!("--min-steps: march {} takes no more steps than it needs; drop it", settings.march));
     }
     settings.stage = args.stage.unwrap_or(base.stage);
@@ -103,11 +104,39 @@ fn refuse_flags_without_shell(args: &LookArgs, march: March) -> Result<()> {
         ("--silhouette uv-bounds", args.silhouette == Some(Silhouette::UvBounds)),
         ("--silhouette horizon", args.silhouette == Some(Silhouette::Horizon)),
         ("--self-shadow hard", args.self_shadow == Some(SelfShadow::Hard)),
+        ("--self-shadow soft", args.self_shadow == Some(SelfShadow::Soft)),
     ];
     match untraced.iter().find(|(_, given)| *given) {
         Some((flag, _)) => usage(format!("{flag}: march {march} traces no ray; use --march pom, relief or exact")),
         None => Ok(()),
     }
+}
+
+/// Self-shadow and what belongs to it.
+fn self_shadow_flags(args: &LookArgs, shelled: bool, settings: &mut Settings) -> Result<()> {
+    let march = settings.march;
+    settings.self_shadow = args.self_shadow.unwrap_or(settings.self_shadow);
+    if settings.self_shadow == SelfShadow::Soft && shelled && march.reads_cones() {
+        return usage(format!(
+            "--self-shadow soft: march {march} leaps over the clearances that tell how much of a light is seen; use --march              exact or relief, or --self-shadow hard"
+        ));
+    }
+    if args.shadow_softness.is_some() && settings.self_shadow != SelfShadow::Soft {
+        return usage("--shadow-softness: no self-shadow is soft; add --self-shadow soft".into());
+    }
+    if args.shadow_steps.is_some() {
+        if settings.self_shadow == SelfShadow::Off {
+            return usage("--shadow-steps: nothing shadows itself; add --self-shadow hard or soft".into());
+        }
+        if shelled && !march.steps() {
+            return usage(format!(
+                "--shadow-steps: march {march} takes no linear steps in a shell; use --march relief or pom"
+            ));
+        }
+    }
+    settings.shadow_softness = args.shadow_softness.unwrap_or(settings.shadow_softness);
+    settings.shadow_steps = args.shadow_steps.or(settings.shadow_steps);
+    Ok(())
 }
 
 /// Fewest and most steps. A bound that was not given makes room for the one that was.
@@ -199,6 +228,15 @@ mod tests {
             "--shell off --march none --depth-offset on",
             "--shell off --march normal --silhouette uv-bounds",
             "--shell off --march normal --self-shadow hard",
+            "--shell off --march normal --self-shadow soft",
+            "--march cone --self-shadow soft",
+            "--shell prism --march relaxed-cone --self-shadow soft",
+            "--shadow-softness 0.1",
+            "--self-shadow hard --shadow-softness 0.1",
+            "--march relief --shadow-steps 8",
+            "--self-shadow soft --shadow-steps 8",
+            "--march cone --self-shadow hard --shadow-steps 8",
+            "--shell off --march exact --self-shadow soft --shadow-steps 8 --max-steps 32",
             "--shell off --march none --ambient-occlusion on",
             "--lod-fade 3",
             "--shell off --march none --lod-fade 3",
@@ -226,6 +264,10 @@ mod tests {
             "--shell off --march normal --ambient-occlusion on",
             "--shell off --march none --ambient-occlusion off",
             "--self-shadow hard",
+            "--self-shadow soft --shadow-softness 0",
+            "--shell prism --march relief --self-shadow soft --shadow-softness 1 --shadow-steps 8",
+            "--shell off --march cone --self-shadow soft --shadow-steps 8",
+            "--shell off --march exact --self-shadow hard --shadow-steps 8",
             "--shell prism --march relief --self-shadow hard --max-steps 32",
             "--march contact --refine-steps 4",
             "--march steep --dither on",

@@ -448,9 +448,19 @@ pub struct LookArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub ambient_occlusion: Option<bool>,
 
-    /// Shadows that the detail casts on itself; in a shell exact across triangles [default: off]
+    /// Shadows that the detail casts on itself; in a shell exact across triangles. soft: those of round lights
+    /// [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
     pub self_shadow: Option<SelfShadow>,
+
+    /// Radius of every light for soft self-shadow, as the tangent of its angle, 0 to 1; 0 is hard [default: 0.05]
+    #[arg(long, value_name = "S", value_parser = share)]
+    pub shadow_softness: Option<f32>,
+
+    /// Most linear steps of a ray toward a light: along the whole ray (base surface), in a prism (shell, not exact), 1 to
+    /// 4096 [default: as the march's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub shadow_steps: Option<u32>,
 
     /// Whether depth is drawn before colours, so that no hidden pixel is shaded; auto: that of plain surfaces, where there
     /// are several [default: auto]
@@ -704,6 +714,10 @@ mod tests {
             "--depth-offset maybe",
             "--validation gpu",
             "--shadow-map soft",
+            "--self-shadow softer",
+            "--shadow-softness -0.1",
+            "--shadow-softness 1.5",
+            "--shadow-steps 0",
             "--shadow-map-size 8",
             "--cascades 0",
             "--msaa 2",

@@ -172,6 +172,9 @@ impl<'a> Drawing<'a> {
         for &(instance, transform) in &moment.transforms {
             self.renderer.set_instance_transform(instance, transform);
         }
+        for &(index, light) in &moment.lights {
+            self.renderer.set_light(index, light);
+        }
         self.pending[slot] = measured;
         let mut timers = self.timers.as_mut().filter(|_| measured.is_some());
         for (mesh, positions) in &moment.poses {

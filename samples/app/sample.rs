@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use prism_engine::{
     aov::Aov,
     error::Result,
-    scene::{Camera, Scene},
+    scene::{Camera, Light, Scene},
     settings::{Settings, Validation},
 };
 
@@ -156,6 +156,8 @@ pub struct Moment {
     pub pose: Pose,
     /// Instances (indices into `Scene::instances`) that have moved, and where to.
     pub transforms: Vec<(usize, DAffine3)>,
+    /// Lights (indices into `Scene::lights`) that have changed, but not their kind.
+    pub lights: Vec<(usize, Light)>,
     /// Meshes (indices into `Scene::meshes`) that change shape, and the positions of all vertices of their primitives.
     /// At every time the same meshes.
     pub poses: Vec<(usize, Vec<Vec3>)>,
@@ -164,7 +166,7 @@ pub struct Moment {
 impl Moment {
     /// Nothing but the camera has moved.
     pub fn still(pose: Pose) -> Moment {
-        Moment { pose, transforms: Vec::new(), poses: Vec::new() }
+        Moment { pose, transforms: Vec::new(), lights: Vec::new(), poses: Vec::new() }
     }
 
     /// The same things, from another place.

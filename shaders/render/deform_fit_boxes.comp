@@ -8,6 +8,7 @@ layout(std430, set = 0, binding = 15) readonly buffer VertexBlock { Vertex item[
 layout(std430, set = 0, binding = 16) readonly buffer PrismBlock { PrismData item[]; } prisms;
 layout(std430, set = 0, binding = 17) buffer BoxBlock { BoxNode item[]; } boxes;
 layout(std430, set = 0, binding = 18) readonly buffer OrderBlock { uint item[]; } order;
+layout(std140, set = 0, binding = 19) uniform MaterialBlock { Material material; };
 
 // Rounding of positions in f32, relative to their size.
 const float BOX_ROOM = 1e-6;
@@ -28,7 +29,7 @@ void main() {
         // The base surface too: a pose may leave the prism plain, or what it meets.
         uvec4 corners = prisms.item[prism].corners;
         vec2 range = prisms.item[prism].range.xy;
-        vec2 levels = vec2(min(range.x, 0.0), max(range.y, 0.0));
+        vec2 levels = vec2(min(range.x, 0.0), max(range.y, 0.0) + material.shadow.y);
         for (int k = 0; k < 3; ++k) {
             Vertex v = vertices.item[corners[k]];
             for (int end = 0; end < 2; ++end) {

@@ -198,10 +198,22 @@ void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, March
     float side = hit.wall < 0 ? shaded.side : 1.0;
     ShadowStart start = ShadowStart(shaded.position, id, hit.lambda, hit.t, hit.wall, side);
     int limit = 64 + 2 * int(draw.prism_count), limits = 0;
+#ifdef SHADOW_STEPS
+    settings.max_steps = int(material.shadow.z);
+    settings.min_steps = min(settings.min_steps, settings.max_steps);
+#endif
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         if (shaded.visibility.light[i] > 0.0) {
             ShadowWay way = way_to_light(object, shaded.surface, i);
-            shaded.visibility.light[i] *= shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
+#ifdef SOFT_SHADOW
+            way = toward_limb(way, v, hit.lambda, side);
+#endif
+            float seen = shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
+#ifdef SOFT_SHADOW
+            seen *= penumbra_seen();
+            penumbra.open = false;
+#endif
+            shaded.visibility.light[i] *= seen;
         }
     }
     count_limits(limits);

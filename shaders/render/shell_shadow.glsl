@@ -48,6 +48,30 @@ ShadowWay way_to_light(Object object, Surface surface, int i) {
     float size = length(way);
     return ShadowWay(way / size, finite ? size : 1e30);
 }
+
+#ifdef SOFT_SHADOW
+// Of a clearance near the start, relative to positions and to the height's scale.
+const float PENUMBRA_ROUNDING = 1e-6;
+
+// The way to the upper limb of a round light, whose penumbra is open from then on. A surface seen from below has none:
+// prisms are followed above it alone.
+ShadowWay toward_limb(ShadowWay way, Vertex v[3], vec3 lambda, float side) {
+    if (side < 0.0) {
+        return way;
+    }
+    vec3 along = lambda.x * v[0].shell.xyz + lambda.y * v[1].shell.xyz + lambda.z * v[2].shell.xyz;
+    vec3 flat_normal = cross(v[1].position.xyz - v[0].position.xyz, v[2].position.xyz - v[0].position.xyz);
+    vec3 lift = normalize(dot(along, along) > 1e-12 ? along : flat_normal);
+    float tilt = penumbra_tilt(material.shadow.x, dot(way.toward, lift));
+    vec3 limb = way.toward + tilt * lift;
+    float size = length(limb);
+    way = ShadowWay(limb / size, way.reach * size);
+    float rounding = PENUMBRA_ROUNDING * (length(v[0].position.xyz) + material.displacement.x);
+    penumbra = Penumbra(true, 2.0 * tilt / size, material.shadow.y, material.shadow.w, way.reach, rounding, 1.0,
+                        vec3(0.0));
+    return way;
+}
+#endif
 #endif
 
 #endif

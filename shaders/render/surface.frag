@@ -22,6 +22,9 @@ layout(location = 3) PER_SAMPLE in vec4 in_tangent;
 #ifdef HAS_HEIGHT
 layout(location = 4) PER_SAMPLE in vec2 in_height_uv;
 #include "render/height_field.glsl"
+#ifdef SOFT_SHADOW
+#include "shell/soft.glsl"
+#endif
 #include "shell/plane.glsl"
 #include "shell/normals.glsl"
 #include "render/lod_fade.glsl"
@@ -122,9 +125,23 @@ void main() {
         vec3 toward;
         light_arriving(lights.item[i], world, toward);
         vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
-        visibility.light[i] = dot(toward_mesh, normal) > 0.0
-            ? plane_lit(march, hit, plane_ray(height_uv, jacobian, toward_mesh, normal, 1e-3))
-            : 0.0;
+        if (dot(toward_mesh, normal) <= 0.0) {
+            visibility.light[i] = 0.0;
+            continue;
+        }
+#ifdef SOFT_SHADOW
+        toward_mesh = normalize(toward_mesh);
+        float tilt = penumbra_tilt(material.shadow.x, dot(toward_mesh, normal));
+        toward_mesh += tilt * normal;
+        penumbra = Penumbra(true, 2.0 * tilt / length(toward_mesh), material.shadow.y, 0.0, 1e30, 0.0, 1.0, vec3(0.0));
+#endif
+        PlaneRay way = plane_ray(height_uv, jacobian, toward_mesh, normal, 1e-3);
+#ifdef SHADOW_STEPS
+        int steps = int(material.shadow.z);
+#else
+        int steps = plane_steps(march, way.cosine);
+#endif
+        visibility.light[i] = plane_lit(march, hit, way, steps);
     }
 #endif
 #ifdef DEPTH_OFFSET

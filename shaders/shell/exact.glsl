@@ -10,6 +10,9 @@
 #define SHELL_EXACT_GLSL
 
 #include "shell/curve.glsl"
+#ifdef SOFT_SHADOW
+#include "shell/soft.glsl"
+#endif
 
 // The includer's: least and greatest height over the cells from `first` to `last`, both included, or looser ones.
 vec2 height_bounds(ivec2 first, ivec2 last);
@@ -160,6 +163,11 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
                 vec2 bounds = height_bounds(curve.origin + first, curve.origin + last);
                 float bound = field_level(field, field.side > 0.0 ? bounds.y : bounds.x);
                 float from = field.side * (level_at(curve, p) - bound), to = field.side * (level_at(curve, q) - bound);
+#ifdef SOFT_SHADOW
+                float spare = penumbra_spare(q);
+                from -= spare;
+                to -= spare;
+#endif
                 if (from > 0.0 && to > 0.0) {
                     p = q;
                     step *= 2.0;
@@ -208,6 +216,14 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
             rose = root;
             from = min(root + max(4.0 * LEAST_STEP, 1e-3 * (leave - root)), leave);
         }
+#ifdef SOFT_SHADOW
+        if (penumbra.open) {
+            float middle = 0.5 * (p + leave);
+            penumbra_see_piece(vec3(clearance(curve, powers, field, place, p),
+                                    clearance(curve, powers, field, place, middle),
+                                    clearance(curve, powers, field, place, leave)), p, leave);
+        }
+#endif
         step = 2.0 * (leave - p);
         p = leave;
     }

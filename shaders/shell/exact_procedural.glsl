@@ -14,6 +14,12 @@
 #define SHELL_EXACT_PROCEDURAL_GLSL
 
 #include "shell/curve.glsl"
+#ifdef SOFT_SHADOW
+#include "shell/soft.glsl"
+
+// A clearance is known well enough to this share of the disc's width.
+const float PENUMBRA_RESOLUTION = 1e-3;
+#endif
 
 // Of the height range, the bounds' padding included.
 const float RESOLUTION = 4.0 * HEIGHT_PAD;
@@ -82,6 +88,20 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         // With a negative scale the lower height is the higher level.
         vec2 surface = vec2(field_level(field, bounds.x), field_level(field, bounds.y));
         surface = vec2(min(surface.x, surface.y) - rounding, max(surface.x, surface.y) + rounding);
+#ifdef SOFT_SHADOW
+        float gap = field.side > 0.0 ? levels.x - surface.y : surface.x - levels.y;
+        if (gap > 0.0 && penumbra.open) {
+            // Clear; and what it hides of the light is known, or found out by a shorter piece.
+            float width = penumbra_width(penumbra_distance(q));
+            if (gap < penumbra.least * width) {
+                penumbra_see(clearance(curve, powers, field, place, q), penumbra_distance(q));
+            }
+            if (gap < (penumbra.least - PENUMBRA_RESOLUTION) * width && step > LEAST_STEP) {
+                step = max(0.25 * min(step, q - p), LEAST_STEP);
+                continue;
+            }
+        }
+#endif
         if (field.side > 0.0 ? levels.x > surface.y : levels.y < surface.x) {
             p = q;
             step *= 2.0;

@@ -9,6 +9,9 @@
 
 #include "shell/plain.glsl"
 #include "shell/prism_bits.glsl"
+#ifdef SOFT_SHADOW
+#include "shell/soft.glsl"
+#endif
 
 // Everything about one prism that does not depend on the ray.
 struct Prism {
@@ -277,6 +280,9 @@ bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
         float t = last ? leave.t : mix(entry.t, leave.t, x.b);
         vec2 uv = last ? leave.uv : chord ? mix(entry.uv, leave.uv, x.b) : path_uv(path, t);
         x.fb = t - surface_level(settings, uv);
+#ifdef SOFT_SHADOW
+        penumbra_see(above ? x.fb : -x.fb, penumbra_distance(x.b));
+#endif
         bool through = (x.fb >= 0.0) != above;
         found = through && (above || settings.two_sided);
         above = above || (through && !found);
@@ -396,6 +402,14 @@ ShellHit prism_trace(ProjectedPrism projected, Prism prism, MarchSettings settin
             entry = path_end(projected, prism, s, near_level(s, entry.t, leave.t, depth, slope, near), AT_LEVEL);
         }
         bool chord = follows_chord(entry.t, leave.t, prism.t1 - prism.t0);
+#ifdef SOFT_SHADOW
+        if (penumbra.open) {
+            float middle_t = 0.5 * (entry.t + leave.t);
+            vec3 middle = chord ? 0.5 * (entry.lambda + leave.lambda) : path_lambda(s, middle_t);
+            penumbra_interval(depth_at(entry.lambda, entry.t, depth, slope), depth_at(middle, middle_t, depth, slope),
+                              leave_depth);
+        }
+#endif
         int wall;
         float along = march_interval(projected, prism, settings, path, entry, leave, chord, wall, limits);
         if (along > 1.0) {

@@ -123,19 +123,32 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
 }
 #endif
 
-// 1 where the light along `ray` (from the base point toward the light) is seen from the hit, else 0.
-float plane_lit(PlaneMarch march, PlaneHit hit, PlaneRay ray) {
-    int steps = plane_steps(march, ray.cosine);
-    float range = march.t1 - march.t0;
+// How much of the light along `ray` (from the base point toward the light) is seen from the hit: 1 or 0, or, while a
+// penumbra is open, what that says (shell/soft.glsl).
+float plane_lit(PlaneMarch march, PlaneHit hit, PlaneRay ray, int steps) {
+    float range = march.t1 - march.t0, top = march.t1;
+#ifdef SOFT_SHADOW
+    // As high as what is below may hide something of the disc.
+    float gain = ray.cosine - penumbra.spread;
+    top += min(penumbra.headroom, gain > 0.0 ? penumbra.spread * (march.t1 - hit.t) / gain : penumbra.headroom);
+#endif
     // The hit itself is on the field only to the accuracy of its own march.
     float clear = 0.5 * range / float(max(steps, 1) * (1 << min(march.refine_steps, 8))) + 1e-4 * range;
     for (int i = 1; i <= steps; ++i) {
-        float t = mix(hit.t, march.t1, float(i) / float(steps));
-        if (plane_level(march, hit.uv + (t - hit.t) * ray.slope) > t + clear) {
+        float t = mix(hit.t, top, float(i) / float(steps));
+        float level = plane_level(march, hit.uv + (t - hit.t) * ray.slope);
+        if (level > t + clear) {
             return 0.0;
         }
+#ifdef SOFT_SHADOW
+        penumbra_see(t + clear - level, (t - hit.t) / ray.cosine);
+#endif
     }
+#ifdef SOFT_SHADOW
+    return penumbra_seen();
+#else
     return 1.0;
+#endif
 }
 
 #endif

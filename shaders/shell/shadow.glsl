@@ -103,13 +103,17 @@ bool prism_blocks(WalkRay ray, ShadowWay way, MarchSettings settings, uint id, f
     vec4 range = walk_range(id);
     prism.t0 = range.x;
     prism.t1 = range.y;
+#ifdef SOFT_SHADOW
+    prism.t1 += penumbra.open ? penumbra.headroom : 0.0;
+#endif
     prism.plain = is_plain(corners.w);
     ShellHit hit = prism_trace(projected, prism, settings, distance, slope, near, ray.handedness);
     limits += hit.limits;
     return hit.hit && hit.depth < way.reach;
 }
 
-// Whether the surface hides the light at the end of the way. `limit`: see walk.
+// Whether the surface hides the light at the end of the way. `limit`: see walk. While a penumbra is open it takes down
+// the clearances of a way that nothing blocks.
 bool shadow_blocked(ShadowStart start, ShadowWay way, MarchSettings settings, int limit, inout int limits) {
     WalkRay ray = shadow_ray(start.position, start.lambda, way.toward);
     WalkTrail trail = NO_TRAIL;

@@ -383,6 +383,18 @@ bool walk_outside(Standing at, MarchSettings settings, uint bits, float t, bool 
     return kind == WALL_PLAIN ? t >= 0.0 : kind == WALL_CLOSED || above;
 }
 
+#ifdef SOFT_SHADOW
+// How far along a shadow ray a turned point of `at` is.
+float walk_distance(WalkRay ray, Standing at, vec3 lambda, float t) {
+    uvec3 corners = walk_turned(at.corners.xyz, at.entry);
+    vec3 moved = vec3(0.0);
+    for (int k = 0; k < 3; ++k) {
+        moved += lambda[k] * (walk_position(corners[k]) - ray.origin + t * walk_shell(corners[k]));
+    }
+    return dot(moved, cross(ray.x.xyz, ray.y.xyz));
+}
+#endif
+
 // Leaves the shell from the prism `at` through `turned`, or through an end of its levels.
 void walk_leave(Standing at, int turned, float t, float leave, inout WalkTrail trail) {
     vec4 range = walk_range(at.prism);
@@ -410,6 +422,12 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
     bool walks = true;
     do {
         vec4 range = walk_range(at.prism);
+#ifdef SOFT_SHADOW
+        if (ray.shadow && penumbra.open) {
+            range.y += penumbra.headroom;
+            range.w = max(range.w, penumbra.highest + penumbra.headroom);
+        }
+#endif
         walk_pass(at.prism, trail);
 
         float travel = front * ray.handedness, leave = travel * 1e30;
@@ -470,6 +488,15 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
                 path.w = at.bc + at.ca + at.ab;
                 path.origin = at.uv_a;
                 chord = in_level || follows_chord(entry_t, leave_t, range.y - range.x);
+#ifdef SOFT_SHADOW
+                if (ray.shadow && penumbra.open) {
+                    float middle_t = 0.5 * (entry_t + leave_t);
+                    vec3 middle = chord ? 0.5 * (entry.lambda + end.lambda) : walk_lambda(at, EXIT_NONE, middle_t);
+                    penumbra_interval(walk_distance(ray, at, entry.lambda, entry_t),
+                                      walk_distance(ray, at, middle, middle_t),
+                                      walk_distance(ray, at, end.lambda, leave_t));
+                }
+#endif
                 crossed = crosses(settings, path, entry, end, chord, above, clear, hit.limits, found);
                 walks = !crossed;
                 clear_known = end.wall != EXIT_NONE;

@@ -4,7 +4,9 @@
 #![allow(dead_code)]
 
 pub mod exactness;
+pub mod lights;
 pub mod random;
+pub mod record;
 pub mod worst;
 
 use std::{

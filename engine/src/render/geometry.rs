@@ -118,6 +118,9 @@ impl PrimitiveData {
             let [least, greatest] = uv_bounds(primitive, &height_uv);
             let least = settings.uv_min.map_or(least, Vec2::from);
             let greatest = settings.uv_max.map_or(greatest, Vec2::from);
+            data.shadow.y = planned.headroom as f32;
+            data.shadow.w =
+                planned.shell.prisms.iter().fold(high, |top, prism| top.max(prism.range[1])).max(0.0) as f32;
             data.uv_bounds = Vec4::new(least.x, least.y, greatest.x, greatest.y);
         }
         for (slot, other) in data.others.iter_mut().zip(&planned.shell.others) {
@@ -202,7 +205,8 @@ fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Ve
     let bounds = |prism: &prisms::Prism| {
         let corners = prism.corners.map(|v| {
             let (at, lift) = (primitive.positions[v as usize].as_dvec3(), planned.shell_normals[v as usize].as_dvec3());
-            prism.range.map(|t| at - center + t * lift)
+            let [low, high] = prism.range;
+            [low, high + planned.headroom].map(|t| at - center + t * lift)
         });
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let [low, high] = corners.as_flattened().iter().fold(empty, |[low, high], p| [low.min(*p), high.max(*p)]);
@@ -280,6 +284,7 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
             let Horizon { strength, bias, safe_threshold, falloff } = settings.horizon;
             Vec4::new(strength, bias, safe_threshold, falloff)
         },
+        shadow: Vec4::new(settings.shadow_softness, 0.0, settings.shadow_steps.unwrap_or(0) as f32, 0.0),
         base_color_uv: rows(material.base_color),
         metallic_roughness_uv: rows(material.metallic_roughness),
         normal_uv: rows(material.normal.map(|(t, _)| t)),

@@ -194,6 +194,9 @@ shared! {
         classic: Vec4,
         /// Horizon clipping: strength, bias, safe threshold, falloff.
         horizon: Vec4,
+        /// Rays toward lights: softness, levels above the highest one that they are followed for, most linear steps,
+        /// the highest level of all.
+        shadow: Vec4,
         /// Scale, midlevel and texels of each other field that its walls meet.
         others: [Vec4; MAX_OTHERS],
         /// Rows of the texture transform, as (a, b, offset, unused).

@@ -301,7 +301,7 @@ pub struct Primitive {
     pub prisms: Option<Buffer>,
     /// Boxes over them, where shadow rays want these.
     pub hierarchy: Option<Buffer>,
-    material: Buffer,
+    pub material: Buffer,
     /// What the walk needs besides.
     pub walk: Option<Walk>,
     /// Half extents of a box around `center` that holds all of it, shell included.

@@ -97,6 +97,10 @@ pub struct Height {
     pub lod_fade: bool,
     /// Rays toward the lights.
     pub self_shadow: bool,
+    /// They tell how much of a round light is seen.
+    pub soft_shadow: bool,
+    /// They have steps of their own.
+    pub shadow_steps: bool,
     /// They go on in a hierarchy of boxes once they leave the shell.
     pub reenters: bool,
     /// Ambient light dimmed by what the field hides of the sky.
@@ -211,6 +215,8 @@ impl Variant {
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
             height: self.height.filter(|h| !idle(h)).map(|h| Height {
                 self_shadow: false,
+                soft_shadow: false,
+                shadow_steps: false,
                 reenters: false,
                 ambient_occlusion: false,
                 ..h
@@ -321,6 +327,8 @@ impl Variant {
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("LOD_FADE", height.lod_fade);
             flag("SELF_SHADOW", height.self_shadow);
+            flag("SOFT_SHADOW", height.soft_shadow);
+            flag("SHADOW_STEPS", height.shadow_steps);
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
             flag("SHADOW_REENTRY", height.reenters);
             flag("COUNT_LIMITS", height.count_limits);

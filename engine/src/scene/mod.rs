@@ -326,7 +326,7 @@ pub enum Projection {
 }
 
 /// A punctual light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Linear colour times intensity (lux for directional, candela else).
     pub intensity: DVec3,

@@ -97,8 +97,8 @@ pub struct Folds {
     pub plain: Vec<(usize, usize)>,
 }
 
-/// Applies the fold rule to `mesh`, with the displacements of its primitives' materials.
-pub fn mesh_folds(scene: &Scene, mesh: &Mesh) -> Folds {
+/// The displaced triangles of `mesh`, and (primitive, triangle) of each.
+fn shell_triangles(scene: &Scene, mesh: &Mesh) -> (Vec<ShellTriangle>, Vec<(usize, usize)>) {
     let mut triangles = Vec::new();
     let mut ids = Vec::new();
     for (p, primitive) in mesh.primitives.iter().enumerate() {
@@ -116,6 +116,29 @@ pub fn mesh_folds(scene: &Scene, mesh: &Mesh) -> Folds {
             ids.push((p, i));
         }
     }
+    (triangles, ids)
+}
+
+/// How far above its highest level every prism of `mesh` with these factors stays free of folds, as a share of the range
+/// of its levels: 1, 1/2, 1/4, 1/8, or 0 where it is less.
+pub fn headroom(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> f64 {
+    headroom_of(&shell_triangles(scene, mesh).0, factors)
+}
+
+fn headroom_of(triangles: &[ShellTriangle], factors: &[f64]) -> f64 {
+    let clears = |share: &f64| {
+        triangles.iter().filter(|triangle| !triangle.is_collapsed()).all(|triangle| {
+            let [lo, hi] = triangle.t_range;
+            let taller = ShellTriangle { t_range: [lo, hi + share * (hi - lo)], ..*triangle };
+            taller.certified(triangle.weld.map(|v| factors[v]))
+        })
+    };
+    [1.0, 0.5, 0.25, 0.125].into_iter().find(clears).unwrap_or(0.0)
+}
+
+/// Applies the fold rule to `mesh`, with the displacements of its primitives' materials.
+pub fn mesh_folds(scene: &Scene, mesh: &Mesh) -> Folds {
+    let (triangles, ids) = shell_triangles(scene, mesh);
     let factors = fold_factors(&triangles, &mesh.shell_normals);
     let mut seen = vec![false; factors.len()];
     for v in triangles.iter().flat_map(|t| t.weld) {
@@ -230,6 +253,16 @@ mod tests {
             let of = t.weld.map(|v| r[v]);
             assert!(t.certified(of) && least_sampled(t, of) > 0.0);
         }
+    }
+
+    #[test]
+    fn a_valley_has_less_headroom_the_steeper_it_is() {
+        let share = |angle: f64| {
+            let (triangles, normals) = crease(angle, [0.0, 1.0]);
+            headroom_of(&triangles, &vec![1.0; normals.len()])
+        };
+        // Its sides are as wide as its levels reach up.
+        assert_eq!([0.2, 0.52, 0.62, 0.7, 0.76].map(share), [1.0, 0.5, 0.25, 0.125, 0.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::{
 use prism_engine::{
     error::Result,
     gpu::{Access, CommandEncoder, Context, Image, ImageDesc, Uploader, vk},
-    scene::{Camera, Scene},
+    scene::{Camera, Light, Scene},
     settings::Settings,
 };
 use winit::window::Window;
@@ -26,6 +26,8 @@ pub struct Subject {
     pub name: String,
     /// Where from.
     pub camera: Camera,
+    /// Lights that have changed.
+    pub lights: Vec<(usize, Light)>,
     /// How it is drawn.
     pub settings: Settings,
     /// The window's pixels.

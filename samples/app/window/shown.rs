@@ -300,7 +300,8 @@ impl<'a> Shown<'a> {
     /// What an exhibit of this frame would show.
     fn subject(&self, moment: &Moment, size: [u32; 2]) -> Subject {
         let settings = self.drawing.renderer().settings().clone();
-        Subject { name: self.drawing.loaded().name.clone(), camera: moment.pose.camera, settings, size }
+        let (name, lights) = (self.drawing.loaded().name.clone(), moment.lights.clone());
+        Subject { name, camera: moment.pose.camera, lights, settings, size }
     }
 
     /// Begins an exhibit if the sample has one and the picture has come to rest.

@@ -40,9 +40,11 @@ pub fn with_next_normals(settings: &Settings) -> Settings {
     fitting(Settings { normals: after(Normals::ALL, settings.normals, |_| true), ..settings.clone() })
 }
 
-/// The same settings with the next self-shadowing.
+/// The same settings with the next self-shadowing; cones in a shell know no soft one.
 pub fn with_next_self_shadow(settings: &Settings) -> Settings {
-    fitting(Settings { self_shadow: after(SelfShadow::ALL, settings.self_shadow, |_| true), ..settings.clone() })
+    let cones = shelled(settings) && settings.march.reads_cones();
+    let allowed = |shadow| shadow != SelfShadow::Soft || !cones;
+    fitting(Settings { self_shadow: after(SelfShadow::ALL, settings.self_shadow, allowed), ..settings.clone() })
 }
 
 /// The same settings with dithered starts on or off.
@@ -78,6 +80,9 @@ fn fitting(mut settings: Settings) -> Settings {
     }
     if !march.traces() {
         settings.self_shadow = SelfShadow::Off;
+    }
+    if shelled(&settings) && march.reads_cones() && settings.self_shadow == SelfShadow::Soft {
+        settings.self_shadow = SelfShadow::Hard;
     }
     if shelled(&settings) || march == March::None {
         settings.normals = Normals::Gather;
@@ -158,6 +163,7 @@ mod tests {
             |s: &Settings| s.silhouette == Silhouette::Horizon,
             |s: &Settings| s.normals == Normals::Sobel,
             |s: &Settings| shelled(s) && s.self_shadow == SelfShadow::Hard,
+            |s: &Settings| shelled(s) && s.self_shadow == SelfShadow::Soft,
             |s: &Settings| shelled(s) && s.dither,
             |s: &Settings| s.ambient_occlusion && s.march == March::Normal,
             |s: &Settings| s.march == March::None && s.shadow_map,

@@ -202,6 +202,7 @@ impl Passes {
             ("prisms", Binding::Buffer(prisms)),
             ("boxes", Binding::Buffer(boxes)),
             ("order", Binding::Buffer(&refit.order)),
+            ("MaterialBlock", Binding::Buffer(&primitive.material)),
         ];
         if let Some(pipeline) = pipeline {
             let set = self.buffers.set(ctx, pipeline, &bindings)?;

@@ -52,6 +52,8 @@ pub struct PlannedPrimitive {
     pub lids: Option<Stage>,
     /// Whether shadow rays that leave the shell go on in a hierarchy of boxes over its prisms.
     pub hierarchy: bool,
+    /// Levels above its highest that soft shadows' rays are followed for, as far as no prism folds there; 0 without them.
+    pub headroom: f64,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
     /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
@@ -167,6 +169,8 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     let start = plan.primitives.len();
     let mesh = &scene.meshes[index];
     let mut shells = vec![ShellGeometry::default(); mesh.primitives.len()];
+    // Of the range of each primitive's levels; a base surface takes the light's way as straight however high.
+    let mut headroom = if soft(settings) && !scene.lights.is_empty() { 1.0 } else { 0.0 };
     let shell = settings.resolved_shell();
     // A baseline samples the shell's own surface.
     let shelled = shell != Shell::Off || settings.baseline.is_some();
@@ -196,6 +200,15 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             ));
         }
         shells = prisms::build(scene, mesh, &folds.factors);
+        if headroom > 0.0 {
+            headroom = certificate::headroom(scene, mesh, &folds.factors);
+            if headroom == 0.0 {
+                plan.notices.push(format!(
+                    "mesh '{}': its prisms would fold right above the surface, where soft shadows' rays run: they are hard",
+                    mesh.name
+                ));
+            }
+        }
         plan.folds.insert(index, folds.reduced);
         for (p, shell) in shells.iter().enumerate().filter(|(_, shell)| shell.left_open > 0) {
             plan.notices.push(format!(
@@ -213,6 +226,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && geometry.is_displaced();
         let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
         let walks = (shell == Shell::Walk && geometry.is_displaced()) || (shell == Shell::Prism && shadows);
+        let range = certificate::t_range(scene, primitive).unwrap_or_default();
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
@@ -221,6 +235,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             walk,
             lids: None,
             hierarchy: shelled && shadows,
+            headroom: headroom * (range[1] - range[0]),
             shell_normals,
             offset,
             deforms,
@@ -307,6 +322,8 @@ fn plan_draws(
                 steps,
                 plain: ledger.decide(&of, "plain prisms", plain),
                 self_shadow,
+                soft_shadow: self_shadow && field.soft_shadow && geometry.headroom > 0.0,
+                shadow_steps: self_shadow && field.shadow_steps,
                 reenters: self_shadow && geometry.hierarchy,
                 ..field
             }
@@ -331,6 +348,8 @@ fn plan_draws(
         let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
             self_shadow: h.self_shadow && plain.lights,
+            soft_shadow: h.soft_shadow && plain.lights,
+            shadow_steps: h.shadow_steps && plain.lights,
             // Surface data are of the whole field.
             lod_fade: settings.lod_fade.is_some() && !aov,
             ..h
@@ -397,6 +416,11 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     }
 }
 
+/// Whether self-shadow has a penumbra.
+fn soft(settings: &Settings) -> bool {
+    settings.self_shadow == SelfShadow::Soft && settings.shadow_softness > 0.0
+}
+
 fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Height {
     let traces = settings.march.traces();
     let parallax = !shell && traces;
@@ -414,7 +438,9 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         normals: if shell { Normals::Gather } else { settings.normals },
         depth_offset: parallax && settings.depth_offset,
         lod_fade: false,
-        self_shadow: traces && settings.self_shadow == SelfShadow::Hard,
+        self_shadow: traces && settings.self_shadow != SelfShadow::Off,
+        soft_shadow: traces && soft(settings),
+        shadow_steps: traces && settings.self_shadow != SelfShadow::Off && settings.shadow_steps.is_some(),
         ambient_occlusion: settings.ambient_occlusion,
         reenters: false,
         // Linear searches end by themselves.

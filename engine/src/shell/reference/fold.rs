@@ -77,6 +77,18 @@ pub(super) fn factors(candidates: &[Candidate], normals: &[DVec3]) -> Vec<f64> {
     }
 }
 
+/// The greatest of 1, 1/2, 1/4, 1/8 and 0 by whose share of its range every prism may grow upward without a fold.
+pub(super) fn headroom(candidates: &[Candidate], r: &[f64], normals: &[DVec3]) -> f64 {
+    let folds_within = |share: f64| {
+        candidates.iter().any(|c| {
+            let [lo, hi] = c.t_range;
+            let taller = Candidate { t_range: [lo, hi + share * (hi - lo)], weld: c.weld, positions: c.positions };
+            folds(&taller, r, normals)
+        })
+    };
+    (0..4).map(|halvings| 0.5f64.powi(halvings)).find(|share| !folds_within(*share)).unwrap_or(0.0)
+}
+
 fn folds(candidate: &Candidate, r: &[f64], normals: &[DVec3]) -> bool {
     let lift = candidate.weld.map(|v| r[v] * normals[v]);
     let p = candidate.positions;

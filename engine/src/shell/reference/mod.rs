@@ -11,6 +11,7 @@ mod bezier;
 mod bvh;
 mod fold;
 mod height;
+mod penumbra;
 mod prism;
 mod procedural;
 mod render;

@@ -308,7 +308,7 @@ impl Search<'_> {
 }
 
 /// Adds every parameter at which `u / w` is a whole number; `corners` bound the quotient.
-fn cell_borders(u: Quadratic, w: Quadratic, corners: [f64; 3], cuts: &mut Vec<f64>) {
+pub(super) fn cell_borders(u: Quadratic, w: Quadratic, corners: [f64; 3], cuts: &mut Vec<f64>) {
     let bounds = |values: [f64; 3]| {
         values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)])
     };

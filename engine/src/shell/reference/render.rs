@@ -3,22 +3,27 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Hit, Reference};
+use super::{Hit, Reference, penumbra::Roofs};
 use crate::{
     aov::Aov,
     scene::{Camera, Light, LightKind, Projection},
 };
 
 /// Shadow rays leave a surface this far from it, in sizes of its triangle: past the rounding of their own root.
-const LIFT_OFF: f64 = 1e-7;
+pub(super) const LIFT_OFF: f64 = 1e-7;
 
 /// Whether [`Reference::render`] follows rays to the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shadows {
     /// Fill the shadow channel.
     Trace,
     /// The same, with the shaded primitive alone to cast them, and only where it is displaced: self-shadow.
     TraceOwn,
+    /// The same past a round light, of that tangent of its angular radius: how much of it is seen.
+    TraceOwnSoft {
+        /// See `Settings::shadow_softness`.
+        softness: f64,
+    },
     /// Leave it lit.
     Skip,
 }
@@ -64,24 +69,32 @@ impl Reference {
     pub fn render(&self, camera: &Camera, width: u32, height: u32, shadows: Shadows) -> Aov {
         let lens = Lens { camera: *camera, size: [f64::from(width), f64::from(height)] };
         let light = self.lights.first().filter(|_| shadows != Shadows::Skip);
+        let roofs = match shadows {
+            Shadows::TraceOwnSoft { softness } => Some(Roofs::new(self, softness)),
+            _ => None,
+        };
         let pixel = |i: usize| {
             let (origin, direction) = lens.ray(i % width as usize, i / width as usize);
             let hit = self.first(origin, direction, lens.depths())?;
-            let lit = light.is_none_or(|light| match shadows {
-                Shadows::TraceOwn => self.lit_by(&hit, light, |way, range| self.blocked_by_own(&hit, way, range)),
-                _ => self.lit(&hit, light),
+            let lit = |lit: bool| if lit { 1.0 } else { 0.0 };
+            let seen = light.map_or(1.0, |light| match (&roofs, shadows) {
+                (Some(roofs), _) => self.seen_past_own(&hit, light, roofs),
+                (None, Shadows::TraceOwn) => {
+                    lit(self.lit_by(&hit, light, |way, range| self.blocked_by_own(&hit, way, range)))
+                }
+                _ => lit(self.lit(&hit, light)),
             });
-            Some((hit, lit))
+            Some((hit, seen))
         };
         let mut aov = Aov::missed(width, height);
-        let pixels: Vec<Option<(Hit, bool)>> = (0..aov.depth.len()).into_par_iter().map(pixel).collect();
-        for (i, (hit, lit)) in pixels.into_iter().enumerate().filter_map(|(i, p)| Some((i, p?))) {
+        let pixels: Vec<Option<(Hit, f64)>> = (0..aov.depth.len()).into_par_iter().map(pixel).collect();
+        for (i, (hit, seen)) in pixels.into_iter().enumerate().filter_map(|(i, p)| Some((i, p?))) {
             aov.depth[i] = hit.distance as f32;
             aov.position[i] = hit.position.as_vec3().to_array();
             aov.normal[i] = hit.normal.as_vec3().to_array();
             aov.uv[i] = hit.uv.as_vec2().to_array();
             aov.height_at_hit[i] = hit.height as f32;
-            aov.shadow[i] = if lit { 1.0 } else { 0.0 };
+            aov.shadow[i] = seen as f32;
         }
         aov
     }
@@ -94,13 +107,18 @@ impl Reference {
 
     /// [`Reference::lit`] with what is in the way as `blocked` says.
     fn lit_by(&self, hit: &Hit, light: &Light, blocked: impl Fn(DVec3, [f64; 2]) -> bool) -> bool {
-        let (direction, distance) = match light.kind {
-            LightKind::Directional => (-light.direction, f64::INFINITY),
-            LightKind::Point | LightKind::Spot { .. } => {
-                let way = light.position - hit.position;
-                (way.normalize_or_zero(), way.length())
-            }
-        };
+        let (direction, distance) = way_to(light, hit.position);
         hit.normal.dot(direction) > 0.0 && !blocked(direction, [LIFT_OFF * hit.size, distance])
+    }
+}
+
+/// Unit direction toward a light, and how far it is.
+pub(super) fn way_to(light: &Light, position: DVec3) -> (DVec3, f64) {
+    match light.kind {
+        LightKind::Directional => (-light.direction, f64::INFINITY),
+        LightKind::Point | LightKind::Spot { .. } => {
+            let way = light.position - position;
+            (way.normalize_or_zero(), way.length())
+        }
     }
 }

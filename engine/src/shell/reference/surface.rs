@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::{
     bvh::{Aabb, Bvh},
-    fold::{Candidate, Weld, factors},
+    fold::{Candidate, Weld, factors, headroom},
     height::HeightField,
 };
 use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Procedure, Scene, Wrap};
@@ -76,6 +76,8 @@ pub(super) struct Wall {
 pub(super) struct Surface {
     pub(super) facets: Vec<Facet>,
     pub(super) walls: Vec<Wall>,
+    /// How far every prism stays free of folds above its highest level, as a share of the range of its levels.
+    pub(super) headroom: f64,
     /// Over the facets, then the walls.
     pub(super) bvh: Bvh,
 }
@@ -155,6 +157,7 @@ impl Surface {
             })
             .collect();
         let r = factors(&candidates, &weld.normals);
+        let headroom = headroom(&candidates, &r, &weld.normals);
         for (facet, ids) in facets.iter_mut().zip(&welds) {
             facet.lifts = ids.map(|v| r[v] * weld.normals[v]);
             if ids.iter().all(|v| r[*v] == 0.0) {
@@ -164,7 +167,7 @@ impl Surface {
         let walls = walls(scene, mesh, &facets, &welds, fields);
         let boxes: Vec<Aabb> =
             facets.iter().map(facet_box).chain(walls.iter().map(|w| hull(&w.positions, &w.lifts, w.t_range))).collect();
-        Surface { facets, walls, bvh: Bvh::new(&boxes) }
+        Surface { facets, walls, headroom, bvh: Bvh::new(&boxes) }
     }
 }
 
@@ -173,7 +176,7 @@ fn facet_box(facet: &Facet) -> Aabb {
 }
 
 /// The box around the convex hull of all corners on the first and the last level, which holds every level between.
-fn hull(positions: &[DVec3], lifts: &[DVec3], t_range: [f64; 2]) -> Aabb {
+pub(super) fn hull(positions: &[DVec3], lifts: &[DVec3], t_range: [f64; 2]) -> Aabb {
     let corners = || t_range.into_iter().flat_map(|t| positions.iter().zip(lifts).map(move |(p, n)| *p + t * *n));
     let tight = Aabb::around(corners(), 0.0);
     Aabb::around(corners(), 1e-8 * (tight.max - tight.min).length())

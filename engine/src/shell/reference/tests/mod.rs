@@ -3,6 +3,7 @@
 mod brute_force;
 mod closed_form;
 mod micro_mesh;
+mod penumbra;
 mod procedures;
 mod seams;
 mod watertight;
