@@ -165,7 +165,8 @@ impl Extent {
         Part {
             id: "shadow",
             title: "Self-shadow: torus".into(),
-            text: "Wrong shadow pixels are those lit here and dark in the reference, or the other way round.",
+            text: "Wrong shadow pixels are those lit here and dark in the reference, or the other way round. The reference's \
+                   shadows are hard; a soft one counts as dark where less than half of the light is seen.",
             varies: None,
             stands: vec![stand],
         }
