@@ -317,6 +317,19 @@ fn a_device_without_the_asked_stage() {
 }
 
 #[test]
+fn a_device_without_what_a_baseline_needs() {
+    let run = |baseline: &str, masked: &str| {
+        let folder = folder();
+        let call = draw("render", asset("cube.gltf")).words(&format!("--size 32x24 --baseline {baseline}"));
+        call.env("PRISM_MASK_FEATURES", masked).within(folder.path()).run()
+    };
+    for (baseline, feature) in [("tessellation:4", "tessellation"), ("mesh-tessellation:4", "task")] {
+        run(baseline, feature).ends(77).complains(&[feature]);
+    }
+    run("micro-mesh:4", "tessellation,mesh,geometry").ends(0);
+}
+
+#[test]
 fn a_picture_above_the_device_s_limit() {
     let folder = folder();
     let call =

@@ -4,58 +4,19 @@ mod rig;
 
 use glam::DVec3;
 use prism_engine::{
-    aov::Aov,
-    measure,
-    scene::{Camera, HeightTexels, Primitive, Scene},
+    scene::{Camera, Primitive, Scene},
     settings::{Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, SHELLS, STAGES, random::Random};
+use rig::{
+    Rig, SHELLS, STAGES,
+    holes::{flat, holes, view},
+    random::Random,
+};
 
 /// Views of each mesh.
 const VIEWS: u64 = 200;
 const SIZE: [u32; 2] = [64, 64];
-
-/// The scene with every height map flat.
-fn flat(name: &str) -> Scene {
-    let mut scene = rig::asset(&format!("{name}.gltf"));
-    for map in &mut scene.height_maps {
-        (map.width, map.height) = (4, 4);
-        // Off every midlevel, so that the surface is not the base mesh.
-        map.texels = HeightTexels::U16(vec![47_000; 16]);
-    }
-    scene
-}
-
-/// From anywhere around the scene, near and far, past its middle.
-fn view(random: &mut Random, scene: &Scene) -> Camera {
-    let (low, high) = scene.bounds().expect("a scene with a mesh");
-    let (middle, radius) = (low.midpoint(high), 0.5 * low.distance(high));
-    let direction = random.in_ball().normalize();
-    let eye = middle + direction * radius * (1.2 + 2.0 * random.next());
-    let target = middle + 0.6 * radius * random.in_ball();
-    Camera::look_at(eye, target, 15.0 + 45.0 * random.next()).expect("two points")
-}
-
-/// The number of pixels whose whole neighbourhood the reference covers, and those of them where the test shows the
-/// background, or something behind all that the reference shows there.
-fn holes(test: &Aov, reference: &Aov, camera: &Camera) -> (usize, Vec<String>) {
-    let [width, height] = SIZE.map(|n| n as usize);
-    let (mut inside, mut holes) = (0, Vec::new());
-    for (x, y) in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
-        let around = || (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| reference.depth[y * width + x]));
-        let farthest = around().fold(0.0, f32::max);
-        if !farthest.is_finite() {
-            continue;
-        }
-        inside += 1;
-        let i = y * width + x;
-        if test.depth[i] > farthest + measure::footprint(camera, SIZE[1], farthest.into()) as f32 {
-            holes.push(format!("pixel {x},{y}: depth {}, expected {}", test.depth[i], reference.depth[i]));
-        }
-    }
-    (inside, holes)
-}
 
 fn without_cracks(name: &str, scene: &Scene, seed: u64) {
     let rig = Rig::new();

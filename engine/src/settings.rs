@@ -159,7 +159,7 @@ pub enum DepthPrepass {
 }
 
 /// What is drawn in place of a displaced primitive's shell, for comparison.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// A pre-tessellated mesh.
     MicroMesh {
@@ -168,6 +168,24 @@ pub enum Baseline {
         /// What is left out.
         culling: Culling,
     },
+    /// Base triangles that the GPU dices anew for each frame, as finely as they show.
+    Diced {
+        /// The stages that do it.
+        by: Dicer,
+        /// Length of an edge of the small triangles, pixels.
+        edge: f32,
+        /// Whether what lies outside the picture or faces away is left out.
+        culls: bool,
+    },
+}
+
+/// Which stages dice base triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Dicer {
+    /// Hardware tessellation.
+    Tessellation,
+    /// Task and mesh stage.
+    Mesh,
 }
 
 /// What of a micro-mesh is left out because the camera cannot see it.
@@ -358,5 +376,6 @@ names!(March {
 names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
 names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
 names!(SelfShadow { Off = "off", Hard = "hard", Soft = "soft" });
+names!(Dicer { Tessellation = "tessellation", Mesh = "mesh-tessellation" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

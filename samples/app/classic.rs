@@ -60,6 +60,24 @@ pub struct ClassicArgs {
 }
 
 impl ClassicArgs {
+    /// The first of these flags that was typed and would change anything.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            ("--tolerance", self.tolerance.is_some()),
+            ("--dither on", self.dither == Some(true)),
+            ("--slope-limit", self.slope_limit.is_some()),
+            ("--normals", self.normals.is_some_and(|normals| normals != Normals::Gather)),
+            ("--lod-fade", self.lod_fade.is_some()),
+            ("--horizon-strength", self.horizon_strength.is_some()),
+            ("--horizon-bias", self.horizon_bias.is_some()),
+            ("--horizon-threshold", self.horizon_threshold.is_some()),
+            ("--horizon-falloff", self.horizon_falloff.is_some()),
+            ("--uv-min", self.uv_min.is_some()),
+            ("--uv-max", self.uv_max.is_some()),
+        ];
+        flags.into_iter().find(|(_, given)| *given).map(|(flag, _)| flag)
+    }
+
     /// Refuses what the shell, march and silhouette of `settings` cannot honour, and puts the rest in them.
     pub fn apply(&self, settings: &mut Settings) -> Result<()> {
         let march = settings.march;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{classic::ClassicArgs, surface::SurfaceArgs};
+use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
@@ -65,7 +65,7 @@ pub enum Command {
     /// Draws what one pixel's ray does in the shell: its path, the samples of each march, their hits and the true one
     #[command(after_help = PROBE_AFTER_HELP)]
     Probe(ProbeArgs),
-    /// Our fastest setting against the fastest pre-tessellated mesh of the same error, on a torus; a Markdown table
+    /// Our fastest setting against the fastest baseline of the same error, on a torus; a Markdown table
     Bench(BenchArgs),
     /// Error against run time: every technique, every baseline, one thing varied at a time; a page with plots and pictures
     #[cfg(feature = "report")]
@@ -393,6 +393,9 @@ pub struct CommonArgs {
     /// The same, of the classic techniques.
     #[command(flatten)]
     pub classic: ClassicArgs,
+    /// What is drawn in a shell's place.
+    #[command(flatten)]
+    pub baseline: BaselineArgs,
     /// What is drawn otherwise than the file says.
     #[command(flatten)]
     pub surface: SurfaceArgs,
@@ -734,7 +737,9 @@ mod tests {
         for command in Cli::command().get_subcommands() {
             for option in command.get_opts() {
                 let help = option.get_long_help().or(option.get_help()).map(ToString::to_string).unwrap_or_default();
-                let told = help.contains("default") || !option.get_default_values().is_empty();
+                // What has to be given has none.
+                let told =
+                    option.is_required_set() || help.contains("default") || !option.get_default_values().is_empty();
                 assert!(told, "prism {} --{}: no default in the help", command.get_name(), option.get_id());
             }
         }

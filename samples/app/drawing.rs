@@ -1,7 +1,7 @@
 //! A job's scene on a device, ready to be drawn at any time of its sample: what window and headless run share.
 
 use prism_engine::{
-    error::Result,
+    error::{Error, Result},
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{
         self, Features, Output, Renderer,
@@ -177,6 +177,12 @@ impl<'a> Drawing<'a> {
         }
         self.pending[slot] = measured;
         let mut timers = self.timers.as_mut().filter(|_| measured.is_some());
+        if self.job.settings.baseline.is_some() && !moment.poses.is_empty() {
+            let sample = self.job.sample.id();
+            return Err(Error::Usage(format!(
+                "--baseline: {sample} changes shape, and a baseline's mesh is made once; drop it"
+            )));
+        }
         for (mesh, positions) in &moment.poses {
             let pose = Pose { positions: Vectors::Slice(positions), normals: None };
             self.renderer.deform(cmd, slot, *mesh, &pose, timers.as_deref_mut())?;

@@ -44,7 +44,7 @@ pub struct Job<'a> {
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
 fn settings(args: &CommonArgs, sample: &dyn Sample) -> Result<Settings> {
-    let settings = choices::settings(&args.look, &args.classic, &sample.settings())?;
+    let settings = args.apply_baseline(choices::settings(&args.look, &args.classic, &sample.settings())?)?;
     Ok(Settings { count_limits: args.session.stats, still: !sample.moves(), ..settings })
 }
 
@@ -55,6 +55,9 @@ impl<'a> Job<'a> {
         let embedded = sample.embedding().is_some();
         if embedded {
             refuse_without_application(&args, sample)?;
+        }
+        if args.common.baseline.is_on() && (embedded || sample.exhibit().is_some()) {
+            return usage(format!("--baseline: {} shows techniques of its own; use `prism run viewer`", sample.id()));
         }
         let walk = match (sample.scene(), args.scene) {
             (Source::Walk(names), chosen) => {

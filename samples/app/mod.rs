@@ -2,6 +2,7 @@
 
 pub mod assets;
 mod bake;
+mod baseline;
 mod camera;
 mod choices;
 mod classic;

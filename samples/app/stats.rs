@@ -74,6 +74,8 @@ pub fn report(
 fn execution_model(stage: ShaderStage) -> &'static str {
     match stage {
         ShaderStage::Vertex => "Vertex",
+        ShaderStage::TessControl => "TessellationControl",
+        ShaderStage::TessEvaluation => "TessellationEvaluation",
         ShaderStage::Geometry => "Geometry",
         ShaderStage::Task => "TaskEXT",
         ShaderStage::Mesh => "MeshEXT",

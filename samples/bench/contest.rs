@@ -8,7 +8,7 @@ use prism_engine::{
     measure::Metrics,
     render::baseline::MAX_DENSITY,
     scene::Scene,
-    settings::{Baseline, Culling, Settings},
+    settings::{Baseline, Culling, Dicer, Settings},
     shell::reference::{Reference, Shadows},
 };
 
@@ -21,6 +21,12 @@ use crate::timing::{Device, Rounds, View};
 /// Where the search for a density begins, and the triangles that it may have there: a finer base mesh begins lower.
 const FIRST_DENSITY: u32 = 8;
 const FIRST_TRIANGLES: usize = 200_000;
+/// Edges of diced triangles at first, pixels, and the shortest that are tried.
+const FIRST_EDGE: f32 = 4.0;
+/// See [`FIRST_EDGE`].
+const LEAST_EDGE: f32 = 0.125;
+/// Halvings, in powers of two, of the span in which the longest edge lies: to 2^⅛ of it.
+const EDGE_HALVINGS: u32 = 3;
 /// Rounds after which the fastest of our settings is known well enough to compete.
 const MAX_HEATS: u32 = 5;
 
@@ -89,6 +95,19 @@ impl<'a> Judge<'a> {
         Ok(Some((meets, self.of_density(device, meets)?)))
     }
 
+    /// For each error, diced triangles with the longest edges whose depth error is within it; none where even the shortest
+    /// are not.
+    pub fn diced(&self, device: &mut Device, by: Dicer, errors: &[f64]) -> Result<Vec<Option<Judged>>> {
+        // One renderer for all: their length is no part of the shaders, which take long to compile.
+        let mut renderer = device.measuring(self.scene, &variants::diced(by, FIRST_EDGE).settings)?;
+        let mut of = |edge: f32| -> Result<Judged> {
+            let variant = variants::diced(by, edge);
+            let aov = device.surface_with(&mut renderer, &variant.settings, &self.view)?;
+            Ok(Judged { variant, metrics: Metrics::between(&aov, &self.truth, &self.view.camera) })
+        };
+        errors.iter().map(|error| longest_edge(&mut of, *error)).collect()
+    }
+
     /// Our settings, up to the first of each list that is within `tightest`: those after it can only be slower.
     pub fn ours(&self, device: &mut Device, tightest: f64) -> Result<Vec<Judged>> {
         let mut all = Vec::new();
@@ -127,4 +146,26 @@ impl<'a> Judge<'a> {
         };
         Ok(errors.iter().map(fastest).collect())
     }
+}
+
+/// The longest edges within an error, of those that `of` draws.
+fn longest_edge(of: &mut impl FnMut(f32) -> Result<Judged>, error: f64) -> Result<Option<Judged>> {
+    let mut edge = FIRST_EDGE;
+    let mut best = of(edge)?;
+    while best.metrics.depth_p99 > error {
+        edge *= 0.5;
+        if edge < LEAST_EDGE {
+            return Ok(None);
+        }
+        best = of(edge)?;
+    }
+    let mut factor = 2f32;
+    for _ in 0..EDGE_HALVINGS {
+        factor = factor.sqrt();
+        let longer = of(edge * factor)?;
+        if longer.metrics.depth_p99 <= error {
+            (edge, best) = (edge * factor, longer);
+        }
+    }
+    Ok(Some(best))
 }

@@ -1,5 +1,5 @@
-//! `prism bench`: our fastest setting against the fastest pre-tessellated mesh of the same error. README.md says how to
-//! read the table.
+//! `prism bench`: our fastest setting against the fastest baseline of the same error, a pre-tessellated mesh or triangles
+//! diced for each frame. README.md says how to read the table.
 
 pub mod contest;
 pub mod scenes;
@@ -20,7 +20,7 @@ use self::{
 };
 use crate::{
     app::{assets, cli::BenchArgs, console, files},
-    timing::{Device, Rounds, Spread, View},
+    timing::{CULLS_BY, Device, Rounds, Spread, View},
 };
 
 /// The contest's scene: 2,304 triangles under a map of 512² texels.
@@ -35,6 +35,8 @@ struct Pair {
     error: f64,
     ours: Option<Judged>,
     micro_mesh: Option<(u32, Metrics)>,
+    /// By tessellation and by mesh shaders, where the device has them.
+    diced: Vec<Judged>,
 }
 
 /// Runs the command.
@@ -60,7 +62,15 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let mut pairs = Vec::new();
     for (error, ours) in args.errors.iter().copied().zip(fastest) {
         progress.tell(&format!("looking for the micro-mesh within {error} footprints"));
-        pairs.push(Pair { error, ours, micro_mesh: judge.density(&mut device, error)? });
+        let micro_mesh = judge.density(&mut device, error)?;
+        pairs.push(Pair { error, ours, micro_mesh, diced: Vec::new() });
+    }
+
+    for by in device.dicers() {
+        progress.tell(&format!("looking for the edges of {by}"));
+        for (pair, diced) in pairs.iter_mut().zip(judge.diced(&mut device, by, &args.errors)?) {
+            pair.diced.extend(diced);
+        }
     }
 
     progress.tell("building what is timed");
@@ -132,15 +142,20 @@ impl Bench {
                 others.push(place);
             }
         }
+        for Judged { variant, metrics } in &pair.diced {
+            let place = self.place(SCENE, scene, variant)?;
+            self.time(&format!("{what}: diced"), place, variant, Some(*metrics));
+            others.push(place);
+        }
         let mut measured = None;
         if let Some(ours) = &pair.ours {
             let place = self.place(SCENE, scene, &ours.variant)?;
             self.time(&format!("{what}: ours"), place, &ours.variant, Some(ours.metrics));
-            measured = Some(Measured::Under(others, place)).filter(|_| pair.micro_mesh.is_some());
+            measured = (!others.is_empty()).then_some(Measured::Under(others, place));
         }
         let target = variants::SPEEDUPS.iter().find(|(error, _)| *error == pair.error);
         let row = Row {
-            name: format!("{what}: times faster than the micro-mesh"),
+            name: format!("{what}: times faster than the fastest baseline"),
             setting: pair.ours.as_ref().map_or("none is within the error".to_owned(), |o| o.variant.name.clone()),
             unit: "×",
             target: target.map(|(_, speedup)| Target::AtLeast(*speedup)),
@@ -199,7 +214,8 @@ impl Bench {
         for pair in pairs {
             let Some((density, _)) = pair.micro_mesh else { continue };
             let Some(variant) = variants::micro_meshes(density).into_iter().next() else { continue };
-            let bytes = self.device.footprint(scene, &variant.settings, |name| name.contains("micro-"))?;
+            let counts = |name: &str| name.contains("micro-") || name == CULLS_BY;
+            let bytes = self.device.footprint(scene, &variant.settings, counts)?;
             self.push(
                 memory_row(&format!("memory of the micro-mesh, {} footprints", pair.error), &variant.name, &bytes),
                 None,
@@ -209,6 +225,11 @@ impl Bench {
                 let value = exactly(total(&bytes) / shell);
                 self.push(Row { name, setting: variant.name, unit: "×", value, ..Row::default() }, None);
             }
+        }
+        // That of the base mesh and the map is the same at every edge length.
+        for diced in pairs.first().map_or(&[][..], |pair| &pair.diced) {
+            let bytes = self.device.footprint(scene, &diced.variant.settings, |name| !colors.contains(&name))?;
+            self.push(memory_row("memory of diced triangles", &diced.variant.name, &bytes), None);
         }
         Ok(())
     }

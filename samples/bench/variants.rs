@@ -1,6 +1,6 @@
 //! What takes part in the contest, as data.
 
-use prism_engine::settings::{Baseline, Culling, March, Settings, Shell};
+use prism_engine::settings::{Baseline, Culling, Dicer, March, Settings, Shell};
 
 /// Our shells. A new one takes part with its name here.
 const SHELLS: &[Shell] = &[Shell::Walk, Shell::Prism];
@@ -20,7 +20,7 @@ const MICRO_MESHES: &[(&str, Culling)] = &[
     ("not culled", Culling::Off),
 ];
 
-/// How many times faster than the micro-mesh a shell has to be, by depth error in pixel footprints.
+/// How many times faster than the fastest baseline a shell has to be, by depth error in pixel footprints.
 pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
 /// The tightest error's setting, in floors.
 const OVER_FLOOR: f64 = 5.0;
@@ -69,6 +69,15 @@ pub fn micro_meshes(density: u32) -> Vec<Variant> {
         },
     };
     MICRO_MESHES.iter().map(variant).collect()
+}
+
+/// Base triangles diced for each frame, with edges of so many pixels.
+pub fn diced(by: Dicer, edge: f32) -> Variant {
+    let baseline = Baseline::Diced { by, edge, culls: true };
+    Variant {
+        name: format!("{by} {edge:.3} px"),
+        settings: Settings { baseline: Some(baseline), ..Settings::default() },
+    }
 }
 
 /// The floors: a name for the row, the variant, and how many times as long the tightest error's setting may take.

@@ -5,7 +5,10 @@ use std::collections::HashMap;
 use prism_engine::{
     aov::Aov,
     error::Result,
-    measure::{self, Metrics, Moment},
+    measure::{
+        Metrics,
+        flicker::{Flicker, Moment},
+    },
     scene::Scene,
     settings::{Culling, SelfShadow, Settings, Shell},
     shell::reference::{Reference, Shadows},
@@ -42,7 +45,7 @@ pub struct Point {
     pub metrics: Metrics,
     /// Mean FLIP of the picture against the one that stands for the truth.
     pub flip: f64,
-    /// [`measure::flicker`], where the camera moves.
+    /// [`Flicker::depth_p99`], where the camera moves.
     pub flicker: Option<f64>,
     /// Its times.
     pub timing: Timing,
@@ -207,10 +210,11 @@ fn variants_of(stand: &Stand, truth: &Truth, device: &mut Device) -> Result<Vec<
 
 fn flicker(device: &mut Device, variant: &Variant, [first, second]: [&Truth; 2], drawn: &Drawn) -> Result<f64> {
     let earlier = device.surface(&first.scene, &variant.settings, &first.view)?;
-    Ok(measure::flicker(
-        Moment { test: &earlier, reference: &first.surface, camera: &first.view.camera },
-        Moment { test: &drawn.surface, reference: &second.surface, camera: &second.view.camera },
-    ))
+    Ok(Flicker::between(
+        &Moment { test: &earlier, reference: &first.surface, camera: &first.view.camera },
+        &Moment { test: &drawn.surface, reference: &second.surface, camera: &second.view.camera },
+    )
+    .depth_p99)
 }
 
 /// Names of the colour textures, which every way to draw has.

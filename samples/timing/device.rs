@@ -8,13 +8,16 @@ use prism_engine::{
     gpu::{Context, ContextDesc, Feature, Frames, PassTimers, ShaderCompiler},
     render::{self, Output, Pipelines, Renderer},
     scene::{Camera, Scene},
-    settings::Settings,
+    settings::{Dicer, Settings},
 };
 
 use crate::app::{cli::DeviceArgs, offscreen, offscreen::Offscreen, picture::Picture};
 
 /// More passes than any way to draw has.
 const MAX_PASSES: usize = 8;
+
+/// A baseline's memory on the CPU, as a table names it.
+pub const CULLS_BY: &str = "on the CPU, to cull by";
 
 /// From where, and how large.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +62,13 @@ pub struct Device {
 impl Device {
     /// The device that the flags name, for a command. `statistics`: count what the stages do, too.
     pub fn new(app: &'static str, args: &DeviceArgs, statistics: bool) -> Result<Device> {
-        let mut optional = vec![Feature::MeshShader, Feature::GeometryShader, Feature::SampleRateShading];
+        let mut optional = vec![
+            Feature::MeshShader,
+            Feature::TaskShader,
+            Feature::GeometryShader,
+            Feature::TessellationShader,
+            Feature::SampleRateShading,
+        ];
         optional.extend(statistics.then_some(Feature::PipelineStatistics));
         let desc = ContextDesc {
             app,
@@ -77,6 +86,12 @@ impl Device {
             pipelines: Pipelines::default(),
             ctx,
         })
+    }
+
+    /// The stages that can dice here.
+    pub fn dicers(&self) -> Vec<Dicer> {
+        let has = |by: &Dicer| render::dicer_features(*by).iter().all(|feature| self.ctx.has(*feature));
+        Dicer::ALL.iter().copied().filter(has).collect()
     }
 
     /// A renderer for timing: it writes the picture and nothing else.
@@ -124,8 +139,20 @@ impl Device {
 
     /// One frame's surface data.
     pub fn surface(&mut self, scene: &Scene, settings: &Settings, view: &View) -> Result<Aov> {
-        let mut renderer = self.renderer_of(scene, settings, true)?;
+        let mut renderer = self.measuring(scene, settings)?;
         self.draw(&mut renderer, view, false)?;
+        renderer.read_aov()
+    }
+
+    /// A renderer for surface data.
+    pub fn measuring(&mut self, scene: &Scene, settings: &Settings) -> Result<Renderer> {
+        self.renderer_of(scene, settings, true)
+    }
+
+    /// Surface data of one frame under other settings.
+    pub fn surface_with(&mut self, renderer: &mut Renderer, settings: &Settings, view: &View) -> Result<Aov> {
+        renderer.set_settings(&self.compiler, settings)?;
+        self.draw(renderer, view, false)?;
         renderer.read_aov()
     }
 
@@ -150,7 +177,7 @@ impl Device {
         let before = self.memory();
         let renderer = self.renderer(scene, settings)?;
         let mut after: HashMap<String, u64> = self.memory();
-        after.insert("micro-mesh's clusters".to_owned(), renderer.baseline_host_bytes());
+        after.insert(CULLS_BY.to_owned(), renderer.baseline_host_bytes());
         let mut bytes: Vec<_> = after
             .into_iter()
             .map(|(name, bytes)| (before.get(&name).map_or(bytes, |old| bytes.saturating_sub(*old)), name))

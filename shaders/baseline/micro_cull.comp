@@ -1,5 +1,8 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 // Keeps the triangles of a micro-mesh that can show: those that face the eye and may cover a pixel centre in the picture.
+#include "baseline/unseen.glsl"
+
 layout(local_size_x = 64) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer VertexBlock { float item[]; } micro_vertices; // 6 words each
@@ -13,10 +16,6 @@ layout(push_constant) uniform CullBlock {
     uint first_index, triangles, first_vertex;
     float facing; // sign of the area of what faces away, 0 if both sides show
 } cull;
-
-// Rasterisers snap vertices to a grid, of 1/16 pixel at the coarsest and mostly of 1/256: what is nearer to the limit
-// than this, in pixels, is kept.
-const float MARGIN = 1.0 / 16.0;
 
 uint index_at(uint i) {
     return cull.first_vertex + bitfieldExtract(micro_indices.item[i >> 1], int(i & 1u) * 16, 16);
@@ -40,17 +39,8 @@ void main() {
         ids[k] = index_at(cull.first_index + 3u * triangle + k);
         corners[k] = projected(ids[k]);
     }
-    vec2 a = corners[0].xy, b = corners[1].xy, c = corners[2].xy;
-    // What reaches behind the eye has no place in the picture: clipping decides.
-    if (min(corners[0].z, min(corners[1].z, corners[2].z)) > 0.0) {
-        vec2 low = min(a, min(b, c)) - MARGIN, high = max(a, max(b, c)) + MARGIN;
-        vec2 extent = high - low;
-        bool outside = any(lessThan(high, vec2(0.0))) || any(greaterThan(low, cull.viewport));
-        bool between = any(greaterThan(ceil(low - 0.5), floor(high - 0.5)));
-        bool away = cull.facing * determinant(mat2(b - a, c - a)) > MARGIN * (extent.x + extent.y);
-        if (outside || between || away) {
-            return;
-        }
+    if (is_unseen(corners, cull.viewport, cull.facing)) {
+        return;
     }
     uint at = atomicAdd(command.index_count, 3u);
     for (uint k = 0u; k < 3u; ++k) {

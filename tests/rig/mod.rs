@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod exactness;
+pub mod holes;
 pub mod lights;
 pub mod random;
 pub mod record;

@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 pub enum Feature {
     /// The classic geometry stage.
     GeometryShader,
+    /// The two stages of hardware tessellation.
+    TessellationShader,
     /// `VK_EXT_mesh_shader` with its mesh stage.
     MeshShader,
     /// The task stage before the mesh stage.
@@ -33,6 +35,7 @@ impl Feature {
     /// Every feature, in the order of reports.
     pub const ALL: &'static [Feature] = &[
         Feature::GeometryShader,
+        Feature::TessellationShader,
         Feature::MeshShader,
         Feature::TaskShader,
         Feature::MeshShaderQueries,
@@ -47,6 +50,7 @@ impl Feature {
     pub fn name(self) -> &'static str {
         match self {
             Feature::GeometryShader => "geometry",
+            Feature::TessellationShader => "tessellation",
             Feature::MeshShader => "mesh",
             Feature::TaskShader => "task",
             Feature::MeshShaderQueries => "mesh-queries",
@@ -135,6 +139,7 @@ pub(super) fn supported(
     let core = all.features;
     let has = |feature: &Feature| match feature {
         Feature::GeometryShader => core.geometry_shader,
+        Feature::TessellationShader => core.tessellation_shader,
         Feature::MeshShader => mesh.mesh_shader,
         Feature::TaskShader => mesh.task_shader,
         Feature::MeshShaderQueries => mesh.mesh_shader_queries,
@@ -155,6 +160,7 @@ pub fn feature_structs(
     let on = |feature| wanted.contains(&feature);
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(on(Feature::GeometryShader))
+        .tessellation_shader(on(Feature::TessellationShader))
         .fill_mode_non_solid(on(Feature::FillModeNonSolid))
         .pipeline_statistics_query(on(Feature::PipelineStatistics))
         .sampler_anisotropy(on(Feature::SamplerAnisotropy))

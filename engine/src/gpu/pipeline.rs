@@ -43,7 +43,7 @@ pub struct VertexLayout<'a> {
 pub struct GraphicsDesc<'a> {
     /// Debug name.
     pub name: &'a str,
-    /// One shader a stage: vertex with or without geometry, or mesh with or without task; then fragment if any.
+    /// One shader a stage: vertex with or without both of tessellation, with or without geometry, or mesh with or without task; then fragment if any.
     pub shaders: &'a [&'a Arc<Shader>],
     /// What [`super::CommandEncoder::bind_vertex_buffer`] binds, if the vertex stage has inputs.
     pub vertices: Option<VertexLayout<'a>>,
@@ -57,7 +57,7 @@ pub struct GraphicsDesc<'a> {
     pub cull: vk::CullModeFlags,
     /// The winding of front faces, in Vulkan's y-down window.
     pub front_face: vk::FrontFace,
-    /// What vertices make; ignored by mesh pipelines.
+    /// What vertices make; ignored by mesh pipelines. `PATCH_LIST`, of one vertex a patch, with tessellation.
     pub topology: vk::PrimitiveTopology,
     /// Samples of the targets.
     pub samples: vk::SampleCountFlags,
@@ -177,6 +177,11 @@ impl Pipeline {
             .layout(pipeline.layout)
             .push_next(&mut rendering)
             .push_next(&mut told);
+        // The vertex stage passes on which patch it is; all else is fetched.
+        let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
+        if desc.shaders.iter().any(|s| s.stage == ShaderStage::TessControl) {
+            info = info.tessellation_state(&tessellation);
+        }
         if !desc.shaders.iter().any(|s| s.stage == ShaderStage::Mesh) {
             info = info.vertex_input_state(&vertex_input).input_assembly_state(&assembly);
         }

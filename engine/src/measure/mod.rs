@@ -1,8 +1,6 @@
 //! How far one frame is from another: metrics between two [`Aov`] sets of the same camera (DESIGN section 8).
 
-mod flicker;
-
-pub use flicker::{Moment, flicker};
+pub mod flicker;
 
 use crate::{
     aov::Aov,
@@ -78,13 +76,8 @@ pub fn footprint(camera: &Camera, height: u32, depth: f64) -> f64 {
 
 /// Depth error of pixel `i` in footprints at the reference's depth; both frames cover the pixel.
 pub fn depth_error(test: &Aov, reference: &Aov, camera: &Camera, i: usize) -> f64 {
-    depth_error_signed(test, reference, camera, i).abs()
-}
-
-/// The same, below 0 where the tested frame lies before its reference.
-fn depth_error_signed(test: &Aov, reference: &Aov, camera: &Camera, i: usize) -> f64 {
     let z = f64::from(reference.depth[i]);
-    (f64::from(test.depth[i]) - z) / footprint(camera, reference.height, z)
+    (f64::from(test.depth[i]) - z).abs() / footprint(camera, reference.height, z)
 }
 
 /// The angle between two vectors of any length, accurate for small angles too.

@@ -38,6 +38,9 @@ impl Member for [Vec4; MAX_OTHERS] {
 impl Member for u32 {
     const GLSL: (&'static str, &'static str) = ("uint", "");
 }
+impl Member for f32 {
+    const GLSL: (&'static str, &'static str) = ("float", "");
+}
 
 macro_rules! shared {
     ($($(#[$doc:meta])* $name:ident { $($(#[$member_doc:meta])* $member:ident: $type:ty,)* })*) => {
@@ -220,6 +223,27 @@ shared! {
         prism_count: u32,
         /// 1 where bases are drawn beside lids.
         bases: u32,
+        /// Of a draw that dices: its first triangle.
+        first: u32,
+        /// Of the same: patches along an edge of each triangle, a power of two.
+        splits: u32,
+        /// Of the same: edges of small triangles to a world unit, one unit before the eye or, orthographic, anywhere.
+        fineness: f32,
+    }
+    /// One base triangle of a primitive that is diced. Edge k joins corners (k+1, k+2) mod 3; where there is no step, all
+    /// triangles at a corner or an edge name the same vertices there.
+    DicedTriangle {
+        /// Three vertices; w: bit k if edge k runs from corner k+2 to corner k+1.
+        corners: UVec4,
+        /// The vertex that stands for each corner.
+        anchors: UVec4,
+        /// The vertices that stand for the ends of edges 0 and 1.
+        edges: UVec4,
+        /// Those of edge 2.
+        last_edge: UVec4,
+        /// Lowest and highest level; how far normals of small triangles may turn from the base triangle's: the tangent per
+        /// steepness that dicing adds, and that from the start.
+        range: Vec4,
     }
     /// One vertex of a deforming mesh: what no pose changes.
     DeformVertex {
@@ -315,12 +339,15 @@ mod tests {
             "SHADOW_MAPS",
         ]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
+        let mut diced = defines(&["CULLS"]);
+        diced.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let none = Vec::new();
         let mut seen = BTreeSet::new();
         for (path, stage, defines, push) in [
             ("render/shell.frag", ShaderStage::Fragment, &shadowed, Draw::MEMBERS),
             ("render/surface.frag", ShaderStage::Fragment, &surface, Draw::MEMBERS),
             ("render/shell.mesh", ShaderStage::Mesh, &shell, Draw::MEMBERS),
+            ("baseline/dice.tesc", ShaderStage::TessControl, &diced, Draw::MEMBERS),
             ("render/deform_write_vertices.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
             ("render/deform_folds.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
             ("render/deform_leans.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
@@ -339,6 +366,7 @@ mod tests {
                     "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
                     "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
                     "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
+                    "diced_triangles" => ("item[].", DicedTriangle::MEMBERS, Some(size_of::<DicedTriangle>())),
                     "shadow_hierarchy" | "boxes" => ("item[].", BoxNode::MEMBERS, Some(size_of::<BoxNode>())),
                     "prisms" => ("item[].", PrismData::MEMBERS, Some(size_of::<PrismData>())),
                     _ => continue,
@@ -357,6 +385,7 @@ mod tests {
             "FrameBlock",
             "MaterialBlock",
             "boxes",
+            "diced_triangles",
             "lights",
             "mesh_vertices",
             "objects",

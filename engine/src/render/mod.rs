@@ -28,7 +28,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use self::aov::AovTargets;
-use self::baseline::Drawable;
+use self::baseline::{Diced, Drawable};
 use self::deform::{Deformer, Pose};
 use self::layout::{Frame, Object};
 use self::plan::{Draw, Plan};
@@ -44,7 +44,7 @@ use crate::gpu::{
     Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Settings, Stage};
+use crate::settings::{Baseline, Dicer, Settings, Stage};
 
 /// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
 const PRISMS_PER_GROUP: u32 = 24;
@@ -88,7 +88,18 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
             Stage::Auto => features.optional.extend([Feature::MeshShader, Feature::GeometryShader]),
         }
     }
+    if let (true, Some(Baseline::Diced { by, .. })) = (plan::displaces(scene), settings.baseline) {
+        features.required.extend_from_slice(dicer_features(by));
+    }
     features
+}
+
+/// What a baseline that dices needs of the device.
+pub fn dicer_features(by: Dicer) -> &'static [Feature] {
+    match by {
+        Dicer::Tessellation => &[Feature::TessellationShader],
+        Dicer::Mesh => &[Feature::TaskShader, Feature::MeshShader],
+    }
 }
 
 /// A compiler that knows the shared structs. `shader_dir`: read shaders from there instead of from this binary.
@@ -240,6 +251,14 @@ impl Renderer {
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
         plan::check(&self.scene, settings)?;
+        if let (true, Some(Baseline::Diced { by, .. })) = (plan::displaces(&self.scene), settings.baseline)
+            && let Some(lacking) = dicer_features(by).iter().find(|feature| !self.ctx.has(**feature))
+        {
+            return Err(Error::unsupported(
+                format!("'{}' lacks the feature '{lacking}', or was not asked for it", self.ctx.device_name()),
+                "use another --gpu or --baseline",
+            ));
+        }
         let stage = self.stage_for(settings)?;
         let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
@@ -489,12 +508,16 @@ impl Renderer {
             cmd.bind_set(pipeline, number, set);
         }
         let prism_count = draw.range.end;
-        let mut push = layout::Draw { object: index as u32, count: prism_count, prism_count, bases: 0 };
+        let object_index = index as u32;
+        let mut push = layout::Draw { object: object_index, count: prism_count, prism_count, ..Default::default() };
         if let Some(walk) = &primitive.walk {
             push.bases = u32::from(walk.open || cut);
             if matches!(draw.variant.geometry, Geometry::Borders(_)) && !cut {
                 push.count = walk.border_count;
             }
+        }
+        if let Some(diced) = &primitive.diced {
+            return diced.record(cmd, pipeline, object_index, frame, object);
         }
         cmd.push(pipeline, &push);
         match draw.variant.geometry {
@@ -512,6 +535,7 @@ impl Renderer {
                     mesh.record(cmd, frame, object, draw.variant.sides());
                 }
             }
+            Geometry::Diced { .. } => {}
             Geometry::Shell(Stage::Mesh) | Geometry::Borders(Stage::Mesh) => {
                 cmd.draw_mesh_tasks(push.count.div_ceil(PRISMS_PER_GROUP), 1, 1);
             }
@@ -534,7 +558,8 @@ impl Renderer {
 
     /// Bytes of what a baseline keeps on the CPU to cull by.
     pub fn baseline_host_bytes(&self) -> u64 {
-        self.primitives.iter().filter_map(|p| p.micro_mesh.as_ref()).map(Drawable::host_bytes).sum()
+        let micro_meshes = self.primitives.iter().filter_map(|p| p.micro_mesh.as_ref()).map(Drawable::host_bytes);
+        micro_meshes.chain(self.primitives.iter().filter_map(|p| p.diced.as_ref()).map(Diced::host_bytes)).sum()
     }
 
     /// The pipelines that a frame binds, by name.
@@ -595,10 +620,10 @@ impl Renderer {
                 },
                 cull,
                 front_face,
-                topology: if outlines {
-                    vk::PrimitiveTopology::POINT_LIST
-                } else {
-                    vk::PrimitiveTopology::TRIANGLE_LIST
+                topology: match variant.geometry {
+                    _ if outlines => vk::PrimitiveTopology::POINT_LIST,
+                    Geometry::Diced { .. } => vk::PrimitiveTopology::PATCH_LIST,
+                    _ => vk::PrimitiveTopology::TRIANGLE_LIST,
                 },
                 samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
                 polygon_mode: vk::PolygonMode::FILL,

@@ -5,7 +5,7 @@ use std::{ops::Range, path::Path};
 
 use glam::DVec3;
 
-use super::baseline::{Drawable, MicroMesh};
+use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
@@ -295,6 +295,8 @@ pub struct Primitive {
     pub indices: Option<Buffer>,
     /// Drawn in place of its shell.
     pub micro_mesh: Option<Drawable>,
+    /// The same, diced on the GPU.
+    pub diced: Option<Diced>,
     /// What its pose overwrites, as uploaded: of a primitive that deforms.
     pub rest: Option<Rest>,
     pub vertices: Buffer,
@@ -421,14 +423,20 @@ pub fn upload(
             let indices = (!indices.is_empty())
                 .then(|| uploader.buffer(&format!("{name} indices"), U::INDEX_BUFFER, indices))
                 .transpose()?;
-            let micro_mesh = match settings.baseline.filter(|_| planned.shell.is_displaced()) {
-                Some(Baseline::MicroMesh { density, culling }) => {
-                    data.prisms.clear();
-                    let mesh = MicroMesh::new(scene, planned, data.center, density)?;
-                    Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?)
+            let (mut micro_mesh, mut diced) = (None, None);
+            if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
+                data.prisms.clear();
+                match baseline {
+                    Baseline::MicroMesh { density, culling } => {
+                        let mesh = MicroMesh::new(scene, planned, data.center, density)?;
+                        micro_mesh = Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?);
+                    }
+                    Baseline::Diced { by, edge, culls } => {
+                        let dicing = Dicing { by, edge, culls };
+                        diced = Some(Diced::new(&mut uploader, &name, scene, planned, data.center, dicing)?);
+                    }
                 }
-                None => None,
-            };
+            }
             let prisms = (!data.prisms.is_empty())
                 .then(|| uploader.buffer(&format!("{name} prisms"), U::STORAGE_BUFFER, &data.prisms))
                 .transpose()?;
@@ -444,6 +452,7 @@ pub fn upload(
                 extent: data.extent,
                 indices,
                 micro_mesh,
+                diced,
                 vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
                 prisms,
                 hierarchy,
@@ -470,6 +479,7 @@ impl Primitive {
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        bindings.extend(self.diced.as_ref().map(|diced| ("diced_triangles", Binding::Buffer(diced.triangles()))));
         bindings.extend(self.hierarchy.as_ref().map(|boxes| ("shadow_hierarchy", Binding::Buffer(boxes))));
         if let Some(walk) = &self.walk {
             bindings.extend(walk.buffers.iter().map(|(name, buffer)| (*name, Binding::Buffer(buffer))));

@@ -4,7 +4,7 @@
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::{Procedure, Wrap};
-use crate::settings::{March, Normals, Stage};
+use crate::settings::{Dicer, March, Normals, Stage};
 use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
@@ -43,13 +43,20 @@ pub enum Geometry {
     Borders(Stage),
     /// The triangles of a [`crate::render::baseline::MicroMesh`].
     MicroMesh,
+    /// Base triangles, diced on the GPU.
+    Diced {
+        /// The stages that do it.
+        by: Dicer,
+        /// They leave out what cannot be seen.
+        culls: bool,
+    },
 }
 
 impl Geometry {
     /// The stage that makes a shell; none for the base surface.
     pub fn stage(self) -> Option<Stage> {
         match self {
-            Geometry::Surface | Geometry::MicroMesh => None,
+            Geometry::Surface | Geometry::MicroMesh | Geometry::Diced { .. } => None,
             Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
         }
     }
@@ -166,6 +173,17 @@ impl Variant {
             }
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
+            Geometry::Diced { by: Dicer::Tessellation, .. } => &[
+                ("render/shell.vert", S::Vertex),
+                ("baseline/dice.tesc", S::TessControl),
+                ("baseline/dice.tese", S::TessEvaluation),
+                ("render/surface.frag", S::Fragment),
+            ],
+            Geometry::Diced { by: Dicer::Mesh, .. } => &[
+                ("baseline/dice.task", S::Task),
+                ("baseline/dice.mesh", S::Mesh),
+                ("render/surface.frag", S::Fragment),
+            ],
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
             Geometry::Borders(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
             Geometry::Lids(Stage::Mesh) => &[("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
@@ -262,6 +280,7 @@ impl Variant {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
             (Geometry::MicroMesh, _) => "micro-mesh".into(),
+            (Geometry::Diced { by, .. }, _) => by.to_string(),
             (geometry, height) => {
                 let part = match geometry {
                     Geometry::Lids(_) => "walk lids ",
@@ -293,6 +312,8 @@ impl Variant {
         flag("MESH_STAGE", self.geometry.stage() == Some(Stage::Mesh));
         flag("WALK_LIDS", matches!(self.geometry, Geometry::Lids(_)));
         flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
+        let diced = matches!(self.geometry, Geometry::Diced { .. });
+        flag("CULLS", matches!(self.geometry, Geometry::Diced { culls: true, .. }));
         flag("DEFORMS", self.deforms);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);
@@ -304,7 +325,7 @@ impl Variant {
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
         flag("DEPTH_BEHIND", self.depth_behind && self.writes_depth());
-        if let Some(height) = self.height {
+        if let Some(height) = self.height.filter(|_| !diced) {
             flag("HAS_HEIGHT", true);
             flag("NO_STEPS", self.geometry.stage().is_some() && !height.steps);
             flag("NO_PLAIN", self.geometry.stage().is_some() && !height.plain);
@@ -338,6 +359,8 @@ impl Variant {
             for (name, procedure) in OTHER_PROCEDURE_DEFINES.into_iter().zip(height.other_procedures) {
                 defines.extend(procedure.map(|procedure| (name, procedure_constant(procedure))));
             }
+        }
+        if let Some(height) = self.height {
             match height.procedure {
                 Some(procedure) => defines.push(procedure_define(procedure)),
                 None => defines.extend(wrap_defines(height.wrap)),

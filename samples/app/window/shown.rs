@@ -278,6 +278,10 @@ impl<'a> Shown<'a> {
 
     /// Draws with other settings from now on, or says why not and goes on as before.
     fn switch(&mut self, settings: Settings) {
+        // A baseline honours none of the keys.
+        if settings.baseline.is_some() {
+            return;
+        }
         if let Err(error) = self.drawing.set_settings(&settings) {
             console::notice(error);
         }

@@ -25,6 +25,10 @@ use crate::error::{Error, Result};
 pub enum ShaderStage {
     /// Vertex.
     Vertex,
+    /// Tessellation control: how finely a patch is divided.
+    TessControl,
+    /// Tessellation evaluation: where the vertices of a divided patch lie.
+    TessEvaluation,
     /// Geometry.
     Geometry,
     /// Task, before mesh.
@@ -42,6 +46,8 @@ impl ShaderStage {
     pub fn flag(self) -> vk::ShaderStageFlags {
         match self {
             ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
+            ShaderStage::TessControl => vk::ShaderStageFlags::TESSELLATION_CONTROL,
+            ShaderStage::TessEvaluation => vk::ShaderStageFlags::TESSELLATION_EVALUATION,
             ShaderStage::Geometry => vk::ShaderStageFlags::GEOMETRY,
             ShaderStage::Task => vk::ShaderStageFlags::TASK_EXT,
             ShaderStage::Mesh => vk::ShaderStageFlags::MESH_EXT,
@@ -50,10 +56,12 @@ impl ShaderStage {
         }
     }
 
-    /// The name in reports, as in a file's ending: "vert", "geom", "task", "mesh", "frag", "comp".
+    /// The name in reports, as in a file's ending: "vert", "tesc", "tese", "geom", "task", "mesh", "frag", "comp".
     pub fn name(self) -> &'static str {
         match self {
             ShaderStage::Vertex => "vert",
+            ShaderStage::TessControl => "tesc",
+            ShaderStage::TessEvaluation => "tese",
             ShaderStage::Geometry => "geom",
             ShaderStage::Task => "task",
             ShaderStage::Mesh => "mesh",
@@ -65,6 +73,8 @@ impl ShaderStage {
     fn kind(self) -> shaderc::ShaderKind {
         match self {
             ShaderStage::Vertex => shaderc::ShaderKind::Vertex,
+            ShaderStage::TessControl => shaderc::ShaderKind::TessControl,
+            ShaderStage::TessEvaluation => shaderc::ShaderKind::TessEvaluation,
             ShaderStage::Geometry => shaderc::ShaderKind::Geometry,
             ShaderStage::Task => shaderc::ShaderKind::Task,
             ShaderStage::Mesh => shaderc::ShaderKind::Mesh,

@@ -62,6 +62,8 @@ pub(super) fn reflect(spirv: &[u32]) -> Result<Reflection, String> {
     let entry = entries.into_iter().next().ok_or("the SPIR-V has no entry point")?;
     let stage = match entry.exec_model {
         ExecutionModel::Vertex => ShaderStage::Vertex,
+        ExecutionModel::TessellationControl => ShaderStage::TessControl,
+        ExecutionModel::TessellationEvaluation => ShaderStage::TessEvaluation,
         ExecutionModel::Geometry => ShaderStage::Geometry,
         ExecutionModel::TaskEXT => ShaderStage::Task,
         ExecutionModel::MeshEXT => ShaderStage::Mesh,

@@ -90,7 +90,7 @@ pub fn build(vertices: &[MicroVertex], indices: &[u32]) -> (Vec<MicroVertex>, Ve
 }
 
 /// A camera as clusters are tested against it, in mesh space.
-struct Sight {
+pub struct Sight {
     /// Unit normals into the frustum, and the distance of the origin from each plane.
     planes: Vec<(Vec3, f32)>,
     /// The eye, or the direction toward it.
@@ -100,7 +100,8 @@ struct Sight {
 }
 
 impl Sight {
-    fn new(frame: &Frame, object: &Object, double_sided: bool) -> Self {
+    /// The camera of a frame and an object.
+    pub fn new(frame: &Frame, object: &Object, double_sided: bool) -> Self {
         let [x, y, w] = [object.clip_x, object.clip_y, object.clip_w];
         let mut near = object.depth;
         near.w -= frame.lens.z;
@@ -113,6 +114,11 @@ impl Sight {
             .map(|(normal, offset, length)| (normal / length, offset / length))
             .collect();
         Sight { planes, eye: object.eye.truncate(), perspective: object.eye.w != 0.0, double_sided }
+    }
+
+    /// Whether the hull of these points may reach into the picture.
+    pub fn may_show(&self, points: &[Vec3]) -> bool {
+        !self.planes.iter().any(|(normal, offset)| points.iter().all(|p| normal.dot(*p) + offset < 0.0))
     }
 
     fn sees(&self, c: &Cluster) -> bool {

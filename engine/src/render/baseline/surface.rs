@@ -11,6 +11,9 @@ use crate::shell::{heights::Heights, prisms::displacement};
 /// Two sides of an edge whose heights differ by less than this, of the height range, are one surface.
 const SAME_HEIGHT: f64 = 1e-9;
 
+/// Texels across an edge, as it were, of a function that gives the heights.
+const FUNCTION_TEXELS: f64 = 64.0;
+
 /// One corner of a triangle.
 #[derive(Clone, Copy)]
 struct Corner {
@@ -118,6 +121,43 @@ impl Surface {
         let corner = self.corner(vertex);
         let canonical = self.canonical_vertex[&self.weld[vertex as usize]];
         corner.position + self.shared_level(corner.height_uv, self.corner(canonical).height_uv) * corner.lift
+    }
+
+    /// The vertex whose height map coordinates the surface above `vertex` takes.
+    pub fn anchor(&self, vertex: u32) -> u32 {
+        let canonical = self.canonical_vertex[&self.weld[vertex as usize]];
+        let [own, shared] = [vertex, canonical].map(|v| self.level(self.corner(v).height_uv));
+        if (own - shared).abs() <= SAME_HEIGHT * self.scale { canonical } else { vertex }
+    }
+
+    /// The vertices whose height map coordinates the surface above an edge takes, in the order of [`Self::edge`]: its own
+    /// where there is a step anywhere along it.
+    pub fn ends(&self, edge: [u32; 2]) -> [u32; 2] {
+        let canonical = self.canonical_edge[&edge.map(|v| self.weld[v as usize])];
+        let [a, b, from, to] = [edge[0], edge[1], canonical[0], canonical[1]].map(|v| self.corner(v).height_uv);
+        // Between the texels that it crosses, a level along an edge is a quadratic.
+        let crossed = self.heights.texels().map_or(FUNCTION_TEXELS, |size| ((b - a) * size).abs().element_sum());
+        let samples = 4 * crossed.ceil() as u32 + 4;
+        let same = |i: u32| {
+            let s = f64::from(i) / f64::from(samples);
+            let [own, shared] = [a.lerp(b, s), from.lerp(to, s)].map(|uv| self.level(uv));
+            (own - shared).abs() <= SAME_HEIGHT * self.scale
+        };
+        if canonical == edge || (0..=samples).all(same) { canonical } else { edge }
+    }
+
+    /// Position, and shell normal times r, of a vertex.
+    pub fn base(&self, vertex: u32) -> [DVec3; 2] {
+        [self.corner(vertex).position, self.corner(vertex).lift]
+    }
+
+    /// How fast the level can change along the edges of a triangle, per edge: the greatest; none where nobody knows.
+    pub fn steepness(&self, triangle: u32) -> Option<f64> {
+        let uv = self.triangles[triangle as usize].map(|v| self.corner(v).height_uv);
+        let [low, high] = [uv[0].min(uv[1]).min(uv[2]), uv[0].max(uv[1]).max(uv[2])];
+        let slope = self.heights.steepest(low, high)?;
+        let edge = |k: usize| (uv[(k + 1) % 3] - uv[k]).abs().dot(slope);
+        Some(self.scale * edge(0).max(edge(1)).max(edge(2)))
     }
 
     /// The surface above an edge as [`Self::edge`] orders it, at share `s` of the way; the same to the bit from both

@@ -15,7 +15,7 @@ use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
 use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
-use crate::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{Baseline, DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -95,6 +95,12 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
         })
 }
 
+/// Whether anything drawn is displaced.
+pub fn displaces(scene: &Scene) -> bool {
+    let mut primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
+    primitives.any(|p| prisms::displacement(scene, p).is_some())
+}
+
 /// The first material whose heights are a function that a drawn primitive shows.
 fn procedural(scene: &Scene) -> Option<(&Material, Procedure)> {
     let primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
@@ -123,6 +129,11 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
     }
     if settings.msaa > 1 && settings.baseline.is_some() {
         return Err(Error::Usage("--msaa: a baseline is drawn with one sample a pixel; use --msaa 1".into()));
+    }
+    if let Some(Baseline::Diced { edge, .. }) = settings.baseline
+        && !(edge.is_finite() && edge > 0.0)
+    {
+        return Err(Error::Usage(format!("edges of {edge} pixels: more than 0 are possible")));
     }
     match procedural(scene).filter(|_| settings.march.reads_cones() && settings.baseline.is_none()) {
         None => Ok(()),
@@ -219,13 +230,18 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         }
         factors = folds.factors;
     }
-    for (p, geometry) in shells.into_iter().enumerate() {
+    for (p, mut geometry) in shells.into_iter().enumerate() {
+        // What a baseline does not displace it draws as it is.
+        if settings.baseline.is_some() && !geometry.is_displaced() {
+            geometry = ShellGeometry::default();
+        }
         let primitive = &mesh.primitives[p];
         let normal = |w: &u32| (mesh.shell_normals[*w as usize] * factors[*w as usize]).as_vec3();
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
-        let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && geometry.is_displaced();
+        let traced = settings.baseline.is_none() && geometry.is_displaced();
+        let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && traced;
+        let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && shadows);
         let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
-        let walks = (shell == Shell::Walk && geometry.is_displaced()) || (shell == Shell::Prism && shadows);
         let range = certificate::t_range(scene, primitive).unwrap_or_default();
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
@@ -299,9 +315,9 @@ fn plan_draws(
             plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range });
         }
     };
-    let micro_mesh = settings.baseline.is_some() && geometry.shell.is_displaced();
-    if micro_mesh && displacement.is_some() {
-        push(Variant { geometry: Geometry::MicroMesh, ..plain }, 0..prisms);
+    let baseline = settings.baseline.filter(|_| geometry.shell.is_displaced());
+    if let (Some(baseline), Some(d)) = (baseline, &displacement) {
+        push(baseline_variant(baseline, d, plain), 0..prisms);
     } else if prisms > 0 {
         let shown = displacement.filter(|_| geometry.shell.is_displaced());
         let others = geometry.shell.others.len() as u8;
@@ -345,7 +361,8 @@ fn plan_draws(
             push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
         }
     } else {
-        let parallax = settings.resolved_shell() == Shell::Off && settings.march != March::None;
+        let parallax =
+            settings.baseline.is_none() && settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
             self_shadow: h.self_shadow && plain.lights,
             soft_shadow: h.soft_shadow && plain.lights,
@@ -380,6 +397,18 @@ fn trim(settings: &Settings, plan: &mut Plan) {
     }
 }
 
+/// What draws a displaced primitive as a baseline does. `plain`: its variant without displacement.
+fn baseline_variant(baseline: Baseline, displacement: &Displacement, plain: Variant) -> Variant {
+    match baseline {
+        Baseline::MicroMesh { .. } => Variant { geometry: Geometry::MicroMesh, ..plain },
+        Baseline::Diced { by, culls, .. } => {
+            let unmarched = Settings { march: March::None, ..Settings::default() };
+            let height = Some(height(displacement, &unmarched, true));
+            Variant { geometry: Geometry::Diced { by, culls }, height, ..plain }
+        }
+    }
+}
+
 /// Whose depth is drawn before all colours. What is not among them may be drawn after them as ever.
 fn plan_depths(settings: &Settings, plan: &mut Plan) {
     // Without a fragment shader.
@@ -389,7 +418,7 @@ fn plan_depths(settings: &Settings, plan: &mut Plan) {
         DepthPrepass::Off => false,
         DepthPrepass::Auto => several && cheap(draw),
         // A baseline's mesh is culled for one pass.
-        DepthPrepass::On => draw.variant.geometry != Geometry::MicroMesh,
+        DepthPrepass::On => !matches!(draw.variant.geometry, Geometry::MicroMesh | Geometry::Diced { .. }),
     };
     for draw in plan.draws.iter_mut().filter(|draw| first(draw)) {
         draw.depth = Some(draw.variant.for_depth());
