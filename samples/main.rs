@@ -30,7 +30,7 @@ fn main() -> std::process::ExitCode {
         &techniques::Techniques,
         &silhouette::Outlines,
         &depth_offset::Sand,
-        &procedural::Wall,
+        &procedural::Wall::SWINGING,
         &photo::Photographs,
         &terrain::Terrain,
         &integration::Integration,

@@ -5,6 +5,11 @@ mod common;
 use std::path::Path;
 
 use common::{Frame, Gltf, Lens, Map, Shape, Wrap, draw, folder};
+use prism_engine::{
+    measure::Metrics,
+    scene::{self, Adjustment, HeightFormat},
+    shell::reference::{Reference, Shadows},
+};
 use serde_json::json;
 
 const SIZE: &str = "--size 96x72";
@@ -111,6 +116,85 @@ fn borders_and_mips_are_those_of_a_map_that_has_them() {
     }
 }
 
+/// A texture of one colour.
+fn texture(gltf: &mut Gltf, colour: [u8; 4]) -> usize {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let image = image::RgbaImage::from_pixel(1, 1, image::Rgba(colour));
+    image.write_to(&mut png, image::ImageFormat::Png).expect("a PNG");
+    let view = gltf.view(&png.into_inner());
+    let image = gltf.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
+    gltf.push("textures", json!({ "source": image }))
+}
+
+/// Roughness and metallic from any channel, against a file that has them where glTF wants them.
+#[test]
+fn channels_are_those_asked_for() {
+    let folder = folder();
+    let coloured = |name: &str, colour: [u8; 4]| {
+        let path = folder.path().join(name);
+        std::fs::create_dir(&path).expect("a folder");
+        let mut gltf = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 }));
+        let texture = texture(&mut gltf, colour);
+        gltf.set("/materials/0/pbrMetallicRoughness", json!({ "metallicRoughnessTexture": { "index": texture } }));
+        gltf.write(&path)
+    };
+    let (ours, theirs) = (coloured("ours", [90, 20, 250, 200]), coloured("theirs", [0, 200, 90, 0]));
+    for way in ["--shell prism", "--shell off --march pom"] {
+        let asked = frame(&ours, &format!("{way} --roughness-channel a --metallic-channel r")).aov();
+        let (there, unasked) = (frame(&theirs, way).aov(), frame(&ours, way).aov());
+        let differ = |a: &[[f32; 3]], b: &[[f32; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+        let (wrong, changed) = (differ(&asked.color, &there.color), differ(&asked.color, &unasked.color));
+        println!("{way}: {wrong} pixels differ, {changed} by the flags");
+        assert!(wrong == 0 && changed > 1000, "{way}: {wrong} differ, {changed} by the flags");
+    }
+}
+
+/// Where nothing of the sky is seen, direct light goes by the share that is asked for.
+#[test]
+fn occlusion_dims_direct_light_by_its_share() {
+    let folder = folder();
+    let mut gltf = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 }));
+    let texture = texture(&mut gltf, [0, 255, 255, 255]);
+    gltf.set("/materials/0/occlusionTexture", json!({ "index": texture }));
+    let scene = gltf.write(folder.path());
+    for way in ["--shell prism", "--shell off --march pom"] {
+        let [none, half, all] =
+            ["0", "0.5", "1"].map(|share| frame(&scene, &format!("{way} --occlusion-light {share}")).aov());
+        let lit: Vec<usize> = (0..none.color.len()).filter(|&i| none.color[i][0] > 0.01).collect();
+        let halved = |i: &&usize| (half.color[**i][0] - 0.5 * none.color[**i][0]).abs() < 1e-3 * none.color[**i][0];
+        let halves = lit.iter().filter(halved).count();
+        assert!(lit.len() > 1000 && halves == lit.len(), "{way}: {halves} of {}", lit.len());
+        assert!(lit.iter().all(|&i| all.color[i] == [0.0; 3]), "{way}: light where none is left");
+    }
+    gltf.remove("/materials/0/occlusionTexture");
+    let scene = gltf.write(folder.path());
+    let refused = draw("render", &scene).words("--occlusion-light 1").within(folder.path()).run().ends(2);
+    refused.complains(&["--occlusion-light", "occlusion"]);
+}
+
+/// The surface of half floats is that of the rounded texels, in the reference too, and as far from the file's as they say.
+#[test]
+fn half_floats_are_rounded_once() {
+    let folder = folder();
+    let scene = sheet(false, Wrap::Repeat, json!({ "scale": 0.2, "midlevel": 0.5 })).write(folder.path());
+    let mut loaded = scene::load(&scene).expect("a scene");
+    let camera = loaded.camera.expect("a camera");
+    loaded.adjust(&Adjustment { height_format: HeightFormat::R16F, ..Adjustment::default() }).expect("adjusted");
+    let truth = Reference::new(&loaded).render(&camera, 96, 72, Shadows::Skip);
+    for way in ["--shell prism", "--shell prism --march cone"] {
+        let [half, kept] =
+            ["r16f", "auto"].map(|format| frame(&scene, &format!("{way} --height-format {format}")).aov());
+        let m = Metrics::between(&half, &truth, &camera);
+        let both = (0..half.depth.len()).filter(|&i| half.depth[i].is_finite() && kept.depth[i].is_finite());
+        let moved: Vec<f32> = both.map(|i| (half.depth[i] - kept.depth[i]).abs()).collect();
+        let most = moved.iter().copied().fold(0.0, f32::max);
+        println!("{way}: depth p99 {:.1e} footprints; moved by {most:.1e} at most", m.depth_p99);
+        assert!(m.depth_p99 < 2e-3 && m.coverage_differs <= 1.0 / m.covered as f64, "{way}: {m:?}");
+        // 0.2 / 4096 along the normal; more along rays that graze.
+        assert!(most > 1e-5 && most < 20.0 * 0.2 / 4096.0, "{way}: {most}");
+    }
+}
+
 #[test]
 fn what_cannot_be_adjusted_is_refused() {
     let folder = folder();
@@ -118,7 +202,7 @@ fn what_cannot_be_adjusted_is_refused() {
     gltf.remove("/materials/0/extras/displacement/texture");
     gltf.set("/materials/0/extras/displacement/procedural", json!("bricks"));
     let scene = gltf.write(folder.path());
-    for flags in ["--height-flip on", "--wrap border", "--height-lod 2"] {
+    for flags in ["--height-flip on", "--wrap border", "--height-lod 2", "--height-format r16f"] {
         let refused = draw("render", &scene).words(flags).within(folder.path()).run().ends(1);
         refused.complains(&["sheet", "function"]);
     }

@@ -43,6 +43,7 @@ fn grid(name: &str, [columns, rows]: [u32; 2], scale: f64, point: impl Fn(DVec2)
         positions: Vec::new(),
         normals: Vec::new(),
         tangents: Vec::new(),
+        own_tangents: false,
         uvs: [Vec::new(), Vec::new()],
         triangles: Vec::new(),
         weld: Vec::new(),

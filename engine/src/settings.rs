@@ -82,6 +82,11 @@ impl March {
         if self == March::Secant { 5 } else { 8 }
     }
 
+    /// Whether it can read its heights at an LOD of each pixel: pyramids and cones are of the map itself.
+    pub fn reads_lods(self) -> bool {
+        self.steps() || matches!(self, March::Normal | March::Offset)
+    }
+
     /// Whether it needs a cone map, and hence heights that are one.
     pub fn reads_cones(self) -> bool {
         matches!(self, March::Cone | March::RelaxedCone)
@@ -130,6 +135,18 @@ pub enum Normals {
     FourTap,
     /// The 3 × 3 Sobel operator, eight heights.
     Sobel,
+}
+
+/// What tells, on a base surface, how a step along it moves the height map's coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Tangents {
+    /// The file's tangents, where it has some that follow the height map; else derivatives.
+    #[default]
+    Auto,
+    /// The mesh's: the file's, else MikkTSpace's. Smooth over a smooth mesh.
+    Mesh,
+    /// Derivatives over the screen, exact within each triangle under any coordinates.
+    Derivatives,
 }
 
 /// Shadows that the height field casts on itself.
@@ -243,6 +260,10 @@ pub struct Settings {
     pub slope_limit: f32,
     /// Shading normals of base surfaces.
     pub normals: Normals,
+    /// Tangent frames of base surfaces.
+    pub tangents: Tangents,
+    /// A base surface's heights are read at the LOD of each pixel's footprint, the same all along its ray.
+    pub pixel_lod: bool,
     /// Clipping of base surfaces.
     pub silhouette: Silhouette,
     /// Its parameters.
@@ -253,8 +274,9 @@ pub struct Settings {
     pub uv_max: Option<[f32; 2]>,
     /// Whether a base surface's hit moves the fragment's depth. A shell always writes the hit's depth.
     pub depth_offset: bool,
-    /// The LOD of its height field, by the pixel's footprint, from which on a base surface's heights fade: one LOD further
-    /// it is plain. Not with shadow maps, which see it from elsewhere, and never in surface data.
+    /// The LOD from which on heights fade: one LOD further the surface is plain. Of a base surface that of its height field
+    /// in a pixel; of a shell that of its thickness, 0 where it is as thick as a pixel is wide. Not with shadow maps, which
+    /// see it from elsewhere, and never in surface data.
     pub lod_fade: Option<f32>,
     /// Self-shadowing.
     pub self_shadow: SelfShadow,
@@ -265,6 +287,8 @@ pub struct Settings {
     pub shadow_steps: Option<u32>,
     /// What the height field hides of the sky dims the ambient light.
     pub ambient_occlusion: bool,
+    /// How much of its occlusion dims direct light too, 0 to 1.
+    pub occlusion_light: f32,
     /// Lights cast shadows through depth maps of what they see.
     pub shadow_map: bool,
     /// Texels a side of each shadow map.
@@ -299,6 +323,8 @@ impl Default for Settings {
             dither: false,
             slope_limit: 1000.0,
             normals: Normals::Gather,
+            tangents: Tangents::Auto,
+            pixel_lod: false,
             silhouette: Silhouette::None,
             horizon: Horizon::default(),
             uv_min: None,
@@ -309,6 +335,7 @@ impl Default for Settings {
             shadow_softness: 0.05,
             shadow_steps: None,
             ambient_occlusion: false,
+            occlusion_light: 0.0,
             shadow_map: false,
             shadow_map_size: 1024,
             cascades: 3,
@@ -375,6 +402,7 @@ names!(March {
 });
 names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" });
 names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
+names!(Tangents { Auto = "auto", Mesh = "mesh", Derivatives = "derivatives" });
 names!(SelfShadow { Off = "off", Hard = "hard", Soft = "soft" });
 names!(Dicer { Tessellation = "tessellation", Mesh = "mesh-tessellation" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });

@@ -48,6 +48,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
         return usage("--ambient-occlusion on: march none reads no heights; use another march".into());
     }
     settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
+    settings.occlusion_light = args.occlusion_light.unwrap_or(base.occlusion_light);
     // Their number of steps is the heights' to decide, up to the most.
     if settings.march.reads_cones() && settings.self_shadow == SelfShadow::Off && args.min_steps.is_some() {
         return usage(format!("--min-steps: march {} takes no more steps than it needs; drop it", settings.march));
@@ -238,7 +239,9 @@ mod tests {
             "--march cone --self-shadow hard --shadow-steps 8",
             "--shell off --march exact --self-shadow soft --shadow-steps 8 --max-steps 32",
             "--shell off --march none --ambient-occlusion on",
-            "--lod-fade 3",
+            "--shadow-map on --lod-fade 3",
+            "--tangents mesh",
+            "--shell off --march none --tangents derivatives",
             "--shell off --march none --lod-fade 3",
             "--shell off --shadow-map on --lod-fade 3",
         ] {
@@ -276,7 +279,12 @@ mod tests {
             "--shell off --silhouette uv-bounds --uv-min 0,0 --uv-max 2,1",
             "--march secant --tolerance 0.1 --refine-steps 2",
             "--shell off --march normal --lod-fade -0.5",
+            "--lod-fade -1",
+            "--shell prism --march relief --self-shadow hard --lod-fade 0",
             "--shell off --march steep --silhouette uv-bounds",
+            "--shell off --march normal --tangents mesh",
+            "--tangents auto",
+            "--occlusion-light 0.5",
             "--march cone --max-steps 30",
             "--shell off --march relaxed-cone --max-steps 30 --refine-steps 6",
             "--shell off --march cone --self-shadow hard --min-steps 4",

@@ -3,7 +3,7 @@
 use clap::{ArgAction, Args};
 use prism_engine::{
     error::{Error, Result},
-    settings::{Horizon, March, Normals, Settings, Shell, Silhouette},
+    settings::{Horizon, March, Normals, Settings, Shell, Silhouette, Tangents},
 };
 
 use super::cli::{on_off, ranged, share, two_numbers, words};
@@ -29,8 +29,14 @@ pub struct ClassicArgs {
     #[arg(long, value_parser = words(Normals::ALL, Normals::name))]
     pub normals: Option<Normals>,
 
-    /// The LOD of the height map, by the pixel's footprint, at which heights begin to fade, -16 to 16; one further the base
-    /// surface is plain. For --shell off, without shadow maps; never in --aov [default: nowhere]
+    /// What tells how texels lie on a base surface, for --shell off: the file's tangents where they follow the height map,
+    /// else derivatives (auto); the mesh's, by MikkTSpace where the file has none; or derivatives [default: auto]
+    #[arg(long, value_parser = words(Tangents::ALL, Tangents::name))]
+    pub tangents: Option<Tangents>,
+
+    /// The LOD at which heights begin to fade, -16 to 16; one further the surface is plain. On a base surface that of the
+    /// height map in a pixel; of a shell that of its thickness: -1 fades it while it shrinks from two pixels to one.
+    /// Without shadow maps; never in --aov [default: nowhere]
     #[arg(long, value_name = "START", value_parser = |s: &str| ranged(s, -16.0, 16.0), allow_hyphen_values = true)]
     pub lod_fade: Option<f32>,
 
@@ -67,6 +73,7 @@ impl ClassicArgs {
             ("--dither on", self.dither == Some(true)),
             ("--slope-limit", self.slope_limit.is_some()),
             ("--normals", self.normals.is_some_and(|normals| normals != Normals::Gather)),
+            ("--tangents", self.tangents.is_some_and(|tangents| tangents != Tangents::Auto)),
             ("--lod-fade", self.lod_fade.is_some()),
             ("--horizon-strength", self.horizon_strength.is_some()),
             ("--horizon-bias", self.horizon_bias.is_some()),
@@ -101,16 +108,19 @@ impl ClassicArgs {
                  and another march"
             ));
         }
+        if let Some(tangents) = self.tangents.filter(|&tangents| tangents != Tangents::Auto)
+            && (shelled || march == March::None)
+        {
+            return usage(format!(
+                "--tangents {tangents}: a shell needs no frames, nor does march none; add --shell off and another march"
+            ));
+        }
         if self.lod_fade.is_some() {
-            if shelled || march == March::None {
-                return usage(
-                    "--lod-fade fades a base surface's heights; add --shell off and a march that reads some".into(),
-                );
+            if march == March::None {
+                return usage("--lod-fade: march none reads no heights that could fade; use another march".into());
             }
             if settings.shadow_map {
-                return usage(
-                    "--lod-fade: a shadow map sees a base surface at another LOD; add --shadow-map off".into(),
-                );
+                return usage("--lod-fade: a shadow map sees a surface at another LOD; add --shadow-map off".into());
             }
         }
         let horizon = [
@@ -137,6 +147,7 @@ impl ClassicArgs {
         settings.dither = self.dither.unwrap_or(settings.dither);
         settings.slope_limit = self.slope_limit.unwrap_or(settings.slope_limit);
         settings.normals = self.normals.unwrap_or(settings.normals);
+        settings.tangents = self.tangents.unwrap_or(settings.tangents);
         settings.lod_fade = self.lod_fade.or(settings.lod_fade);
         let base = settings.horizon;
         settings.horizon = Horizon {

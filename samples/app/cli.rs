@@ -83,6 +83,11 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE|NAME|NUMBER", allow_hyphen_values = true)]
     pub scene: Option<PathBuf>,
 
+    /// The angle between the view and the wall's normal, for `procedural`: one row at it in place of three; 0 to 88 degrees
+    /// [default: 60, 80 and 88]
+    #[arg(long, value_name = "DEG", value_parser = |s: &str| ranged(s, 0.0, 88.0))]
+    pub tilt: Option<f32>,
+
     /// Never opens a window; writes a picture instead [default: off where there is a display]
     #[arg(long)]
     pub headless: bool,
@@ -451,6 +456,10 @@ pub struct LookArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub ambient_occlusion: Option<bool>,
 
+    /// How much of the occlusion, the texture's or that of --ambient-occlusion, dims direct light too, 0 to 1 [default: 0]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub occlusion_light: Option<f32>,
+
     /// Shadows that the detail casts on itself; in a shell exact across triangles. soft: those of round lights
     /// [default: off]
     #[arg(long, value_parser = words(SelfShadow::ALL, SelfShadow::name))]
@@ -698,6 +707,8 @@ mod tests {
             "--fov-y -10",
             "--fov-y nan",
             "--time-step -0.1",
+            "--tilt 89",
+            "--tilt -1",
             "--min-steps 0",
             "--max-steps 5000",
             "--march cone-step",
@@ -710,6 +721,11 @@ mod tests {
             "--midlevel nan",
             "--wrap beyond",
             "--height-lod 16",
+            "--height-lod none",
+            "--height-format r32",
+            "--metallic-channel x",
+            "--occlusion-light 2",
+            "--tangents screen",
             "--lod-fade soon",
             "--normals smooth",
             "--shell cage",

@@ -44,7 +44,8 @@ pub struct Job<'a> {
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
 fn settings(args: &CommonArgs, sample: &dyn Sample) -> Result<Settings> {
-    let settings = args.apply_baseline(choices::settings(&args.look, &args.classic, &sample.settings())?)?;
+    let mut settings = args.apply_baseline(choices::settings(&args.look, &args.classic, &sample.settings())?)?;
+    args.surface.apply(&mut settings)?;
     Ok(Settings { count_limits: args.session.stats, still: !sample.moves(), ..settings })
 }
 
@@ -52,6 +53,7 @@ impl<'a> Job<'a> {
     /// `prism run`.
     pub fn run(args: RunArgs, samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
         let sample = find(&args.sample, samples)?;
+        let sample = args.tilt.map_or(Ok(sample), |degrees| tilted(sample, degrees))?;
         let embedded = sample.embedding().is_some();
         if embedded {
             refuse_without_application(&args, sample)?;
@@ -178,6 +180,13 @@ fn refuse_without_application(args: &RunArgs, sample: &dyn Sample) -> Result<()>
     }
 }
 
+/// The sample with its wall at this tilt.
+fn tilted(sample: &dyn Sample, degrees: f32) -> Result<&'static dyn Sample> {
+    sample.tilted(f64::from(degrees)).ok_or_else(|| {
+        Error::Usage(format!("--tilt: {} has no wall to tilt; use `prism run procedural`, or --eye", sample.id()))
+    })
+}
+
 /// The named sample.
 fn find<'a>(id: &str, samples: &[&'a dyn Sample]) -> Result<&'a dyn Sample> {
     samples.iter().copied().find(|sample| sample.id() == id).ok_or_else(|| {
@@ -270,12 +279,15 @@ mod tests {
             "run nothing",
             "run scene.gltf",
             "run own --scene other.gltf",
+            "run own --tilt 80",
             "run own --headless --time-step 0.5",
             "run viewer --headless --frames 2 --time-step 0.5",
             "run own --out a.jpg",
             "render a.gltf --aov a.png",
             "render a.gltf --csv a.png --out a.png",
             "render a.gltf --march none",
+            "render a.gltf --height-lod auto",
+            "render a.gltf --shell off --march exact --height-lod auto",
         ] {
             let error = job(line).err().unwrap_or_else(|| panic!("{line}: accepted"));
             assert_eq!(error.exit_code(), 2, "{line}: {error}");

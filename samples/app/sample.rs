@@ -40,6 +40,11 @@ pub trait Sample: Sync {
         Moment::still(*start)
     }
 
+    /// The sample with its wall at this angle between the view and its normal, in degrees, where it has one to tilt.
+    fn tilted(&self, _degrees: f64) -> Option<&'static dyn Sample> {
+        None
+    }
+
     /// How the sample draws its picture by itself, on a device of its own. By default the application draws.
     fn embedding(&self) -> Option<fn(&Embedding<'_>) -> Result<Picture>> {
         None

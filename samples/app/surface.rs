@@ -1,7 +1,11 @@
 //! The flags that give a scene's displaced materials other values than its file.
 
 use clap::{ArgAction, Args};
-use prism_engine::scene::{Adjustment, Beyond};
+use prism_engine::{
+    error::{self, Error},
+    scene::{Adjustment, Beyond, Channel, HeightFormat},
+    settings::{Settings, Shell},
+};
 
 use super::cli::{height_scale, on_off, scale_factors, two_numbers, unbounded, words};
 
@@ -38,9 +42,44 @@ pub struct SurfaceArgs {
     #[arg(long, value_parser = words(Beyond::ALL, Beyond::name))]
     pub wrap: Option<Beyond>,
 
-    /// The mip of their height maps that is read: halvings, by the mean, 0 to 15 [default: 0]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=15))]
-    pub height_lod: Option<u32>,
+    /// The mip of their height maps that is read: halvings, by the mean, 0 to 15; auto, for --shell off and marches with
+    /// steps, normal and offset: in each pixel that of its footprint, the same all along its ray [default: 0]
+    #[arg(long, value_name = "N|auto", value_parser = height_lod)]
+    pub height_lod: Option<HeightLod>,
+
+    /// The texels that height maps are kept in: the file's 8 or 16 bits, 8, 16, or half floats, whose 11 significant bits
+    /// are off by 1/4096 at most [default: auto]
+    #[arg(long, value_parser = words(HeightFormat::ALL, HeightFormat::name))]
+    pub height_format: Option<HeightFormat>,
+
+    /// The channel of roughness in their metallic-roughness texture [default: g, glTF's]
+    #[arg(long, value_parser = words(Channel::ALL, Channel::name))]
+    pub roughness_channel: Option<Channel>,
+
+    /// The channel of metallic in it [default: b, glTF's]
+    #[arg(long, value_parser = words(Channel::ALL, Channel::name))]
+    pub metallic_channel: Option<Channel>,
+}
+
+/// The LOD of height maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeightLod {
+    /// Of each pixel.
+    Auto,
+    /// Halvings.
+    Mip(u32),
+}
+
+fn height_lod(text: &str) -> Result<HeightLod, String> {
+    match text {
+        "auto" => Ok(HeightLod::Auto),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|mip| *mip <= 15)
+            .map(HeightLod::Mip)
+            .ok_or_else(|| "auto, or a whole number from 0 to 15".into()),
+    }
 }
 
 impl SurfaceArgs {
@@ -54,7 +93,27 @@ impl SurfaceArgs {
             relative: self.relative,
             midlevel: self.midlevel,
             wrap: self.wrap,
-            height_lod: self.height_lod.unwrap_or(0),
+            height_lod: match self.height_lod {
+                Some(HeightLod::Mip(mip)) => mip,
+                Some(HeightLod::Auto) | None => 0,
+            },
+            height_format: self.height_format.unwrap_or_default(),
+            roughness_channel: self.roughness_channel,
+            metallic_channel: self.metallic_channel,
         }
+    }
+
+    /// Refuses what the shell and march of `settings` cannot honour, and puts the rest in them.
+    pub fn apply(&self, settings: &mut Settings) -> error::Result<()> {
+        let per_pixel = self.height_lod == Some(HeightLod::Auto);
+        if per_pixel && (settings.resolved_shell() != Shell::Off || !settings.march.reads_lods()) {
+            return Err(Error::Usage(format!(
+                "--height-lod auto: a shell's surface has one LOD, and march {} reads the map itself; add --shell off and \
+                 --march pom, relief or another with steps",
+                settings.march
+            )));
+        }
+        settings.pixel_lod = per_pixel || (self.height_lod.is_none() && settings.pixel_lod);
+        Ok(())
     }
 }

@@ -105,10 +105,15 @@ vec3 ambient(Surface surface) {
 vec3 shade(Surface surface, Visibility visibility) {
     vec3 sum = ambient(surface) + surface.emissive;
 #ifdef HAS_LIGHTS
+#ifdef OCCLUSION_LIGHT
+    float direct = mix(1.0, surface.occlusion, frame.origin.z);
+#else
+    const float direct = 1.0;
+#endif
     for (uint i = 0u; i < frame.counts.x; ++i) {
         vec3 toward;
         vec3 arriving = light_arriving(lights.item[i], surface.position, toward);
-        sum += light_visible(visibility, i) * arriving * reflected(surface, toward);
+        sum += direct * light_visible(visibility, i) * arriving * reflected(surface, toward);
     }
 #endif
     return sum;

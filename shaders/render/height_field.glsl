@@ -10,6 +10,11 @@
 #else
 layout(set = 1, binding = 3) uniform sampler2D height_map;
 #define HEIGHT_MAP height_map
+#ifdef HEIGHT_MIPS
+#undef HEIGHT_MIPS
+layout(set = 1, binding = 31) uniform sampler2D height_mips;
+#define HEIGHT_MIPS height_mips
+#endif
 #include "shell/height.glsl"
 
 vec2 height_size() {

@@ -5,10 +5,16 @@
 
 #include "render/interface.glsl"
 #include "render/lid_growth.glsl"
+#include "render/ray_fade.glsl"
 #include "shell/prism_bits.glsl"
 
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;
+
+// Base and lid of a vertex.
+vec2 lids_of(uint vertex) {
+    return fading_range(lids.item[vertex]);
+}
 
 // A lid's or base's level as it is drawn: pushed outward (`side` +1) or inward (-1).
 float grown_level(Object object, Vertex vertex, float level, float side) {

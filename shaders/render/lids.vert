@@ -10,7 +10,7 @@ layout(location = 2) out vec2 out_levels;
 void main() {
     Object object = objects.item[draw.object];
     Vertex vertex = vertices.item[gl_VertexIndex];
-    vec2 levels = lids.item[gl_VertexIndex];
+    vec2 levels = lids_of(gl_VertexIndex);
     levels = vec2(grown_level(object, vertex, levels.x, -1.0), grown_level(object, vertex, levels.y, 1.0));
     out_base = lid_position(object, vertex, levels.x);
     out_lid = lid_position(object, vertex, levels.y);

@@ -3,11 +3,12 @@
 #define RENDER_MARCH_SETTINGS_GLSL
 
 #include "render/interface.glsl"
+#include "render/ray_fade.glsl"
 #include "shell/march.glsl"
 
 MarchSettings march_settings() {
     MarchSettings settings;
-    settings.scale = material.displacement.x;
+    settings.scale = height_share * material.displacement.x;
     settings.midlevel = material.displacement.y;
     settings.min_steps = int(material.march.x);
     settings.max_steps = int(material.march.y);

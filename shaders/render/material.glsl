@@ -48,9 +48,9 @@ MaterialPoint material_at(TexturePoint at[2]) {
     m.base_color *= sample_map(base_color_map, material.base_color_uv, at[BASE_COLOR_UV]);
 #endif
 #ifdef METALLIC_ROUGHNESS_UV
-    vec2 mr = sample_map(metallic_roughness_map, material.metallic_roughness_uv, at[METALLIC_ROUGHNESS_UV]).gb;
-    m.roughness *= mr.x;
-    m.metallic *= mr.y;
+    vec4 mr = sample_map(metallic_roughness_map, material.metallic_roughness_uv, at[METALLIC_ROUGHNESS_UV]);
+    m.roughness *= mr.ROUGHNESS_CHANNEL;
+    m.metallic *= mr.METALLIC_CHANNEL;
 #endif
 #ifdef NORMAL_UV
     vec3 n = sample_map(normal_map, material.normal_uv, at[NORMAL_UV]).xyz * 2.0 - 1.0;
@@ -65,14 +65,14 @@ MaterialPoint material_at(TexturePoint at[2]) {
     return m;
 }
 
-// The material's normal in the frame of a (perturbed) normal and the mesh's tangent, all in one space.
+// The material's normal in the frame of a (perturbed) normal and the mesh's tangent, of any length, all in one space.
 vec3 mapped_normal(vec3 tangent_space, vec3 normal, vec4 tangent) {
 #ifdef NORMAL_UV
     vec3 t = tangent.xyz - normal * dot(normal, tangent.xyz);
     float squared = dot(t, t);
-    if (squared > 1e-12) {
+    if (squared > 1e-12 * dot(tangent.xyz, tangent.xyz)) {
         t *= inversesqrt(squared);
-        vec3 b = tangent.w * cross(normal, t);
+        vec3 b = sign(tangent.w) * cross(normal, t);
         return normalize(tangent_space.x * t + tangent_space.y * b + tangent_space.z * normal);
     }
 #endif

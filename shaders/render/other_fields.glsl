@@ -5,6 +5,7 @@
 #define RENDER_OTHER_FIELDS_GLSL
 #ifdef OTHER_FIELDS
 
+#include "render/ray_fade.glsl"
 #include "shell/height_map.glsl"
 #include "shell/procedures.glsl"
 
@@ -89,7 +90,7 @@ float other_height(uint other, vec2 size, vec2 uv) {
 // agree on it.
 float other_level(uint other, vec2 uv) {
     vec4 field = material.others[other];
-    return (other_height(other, field.zw, uv) - field.y) * field.x;
+    return (other_height(other, field.zw, uv) - field.y) * (height_share * field.x);
 }
 
 #endif

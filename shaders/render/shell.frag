@@ -30,6 +30,9 @@ void main() {
     Vertex v[3] = Vertex[3](vertices.item[data.corners[0]], vertices.item[data.corners[1]],
                             vertices.item[data.corners[2]]);
     vec2 ndc = pixel_ndc(ray_point());
+#ifdef LOD_FADE
+    fade_heights(object, ndc);
+#endif
 
     ProjectedPrism projected;
     vec3 depth, slope;
@@ -52,8 +55,8 @@ void main() {
         prism.field[k] = wall_field(data.corners.w, k);
         prism.behind[k] = wall_behind(data.corners.w, k);
     }
-    prism.t0 = data.range.x;
-    prism.t1 = data.range.y;
+    prism.t0 = height_share * data.range.x;
+    prism.t1 = height_share * data.range.y;
     prism.plain = is_plain(data.corners.w);
     MarchSettings settings = march_settings();
 

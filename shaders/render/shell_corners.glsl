@@ -4,6 +4,7 @@
 
 #include "shell/outline.glsl"
 #include "shell/prism_bits.glsl"
+#include "render/ray_fade.glsl"
 
 #ifdef WALK_BORDERS
 #include "render/lid_growth.glsl"
@@ -18,10 +19,11 @@ const int LEVELS = 0;
 
 // Clip x, y, w and view depth of the six corners: three at the lowest level, three at the highest.
 void prism_corners(Object object, PrismData data, out vec4 corners[6]) {
+    vec2 range = fading_range(vec2(data.range[LEVELS], data.range[LEVELS + 1]));
     for (int k = 0; k < 3; ++k) {
         Vertex vertex = vertices.item[data.corners[k]];
         for (int level = 0; level < 2; ++level) {
-            vec3 at = vertex.position.xyz + data.range[LEVELS + level] * vertex.shell.xyz;
+            vec3 at = vertex.position.xyz + range[level] * vertex.shell.xyz;
             vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, at);
             corners[3 * level + k] = vec4(clip, dot(object.depth.xyz, at) + object.depth.w);
         }

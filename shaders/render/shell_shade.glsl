@@ -4,6 +4,7 @@
 
 #include "render/interface.glsl"
 #include "render/material.glsl"
+#include "render/ray_fade.glsl"
 #ifndef DEPTH_ONLY
 #include "render/brdf.glsl"
 #include "render/output.glsl"
@@ -153,8 +154,9 @@ Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope,
 #ifdef AMBIENT_OCCLUSION
     vec2 corner = vec2(v[0].shell.w, v[0].normal.w);
     vec2 b = vec2(v[1].shell.w, v[1].normal.w) - corner, c = vec2(v[2].shell.w, v[2].normal.w) - corner;
-    surface.occlusion *= ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
-                                                        step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
+    float open = ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
+                                                step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
+    surface.occlusion *= mix(1.0, open, height_share);
 #endif
     shaded.surface = surface;
     shaded.visibility = facing_lights(surface);
@@ -217,6 +219,12 @@ void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, March
         }
     }
     count_limits(limits);
+#endif
+#if defined(LOD_FADE) && defined(SHADOWED_LIGHTS) && !defined(DEPTH_ONLY)
+    // What stands in its place at last has no shadows of its own.
+    for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
+        shaded.visibility.light[i] = mix(1.0, shaded.visibility.light[i], height_share);
+    }
 #endif
     write_shaded(shaded, hit, hit.t / settings.scale + settings.midlevel);
 }

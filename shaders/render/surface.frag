@@ -16,7 +16,7 @@
 layout(location = 0) PER_SAMPLE in vec3 in_position;
 layout(location = 1) PER_SAMPLE in vec3 in_normal;
 layout(location = 2) PER_SAMPLE in vec4 in_uvs;
-#ifdef NORMAL_UV
+#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
 layout(location = 3) PER_SAMPLE in vec4 in_tangent;
 #endif
 #ifdef HAS_HEIGHT
@@ -27,7 +27,10 @@ layout(location = 4) PER_SAMPLE in vec2 in_height_uv;
 #endif
 #include "shell/plane.glsl"
 #include "shell/normals.glsl"
-#include "render/lod_fade.glsl"
+#include "render/height_lod.glsl"
+#endif
+#ifdef MESH_TANGENTS
+layout(location = 5) PER_SAMPLE in float in_shear;
 #endif
 #include "render/dither.glsl"
 
@@ -67,11 +70,21 @@ void main() {
     Visibility visibility = all_lights_visible();
 #endif
 #ifdef HAS_HEIGHT
+#ifdef MESH_TANGENTS
+    mat3x2 jacobian = frame_jacobian(normalize(in_normal), in_tangent, in_shear);
+#else
     mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
+#endif
     // Seen from behind, heights turn inside out.
     float scale = facing * material.displacement.x;
     vec2 range = facing * material.displacement.zw;
     vec2 height_uv = in_height_uv;
+    // Of the point itself, the same all along the ray: derivatives of where a ray ends would jump from pixel to pixel.
+#ifdef HEIGHT_MIPS
+    float lod = max(height_lod(dFdx(in_height_uv), dFdy(in_height_uv)), 0.0);
+#else
+    const float lod = 0.0;
+#endif
 #ifdef LOD_FADE
     float fade = lod_fade(dFdx(in_height_uv), dFdy(in_height_uv));
     scale *= fade;
@@ -80,7 +93,7 @@ void main() {
 #ifdef MARCH_MOVES
     PlaneMarch march = PlaneMarch(scale, material.displacement.y, min(range.x, range.y), max(range.x, range.y),
                                   int(material.march.x), int(material.march.y), int(material.march.z),
-                                  int(material.march.w >> 1), material.classic.x);
+                                  int(material.march.w >> 1), material.classic.x, lod);
     vec3 direction = normalize(-toward_eye(object, position));
     PlaneRay ray = plane_ray(height_uv, jacobian, direction, normal, material.classic.y);
 #ifdef LOD_FADE
@@ -99,7 +112,7 @@ void main() {
 #ifdef LOD_FADE
     cut *= fade;
 #endif
-    if (height_at(hit.uv, 0.0) - material.horizon.y < cut) {
+    if (height_at(hit.uv, lod) - material.horizon.y < cut) {
         discard;
     }
 #endif
@@ -150,10 +163,10 @@ void main() {
 #endif
 #endif
 #ifdef MARCH_TRACES
-    vec2 gradient = scale * height_gradient(height_uv, 0.0);
+    vec2 gradient = scale * height_gradient(height_uv, lod);
     geometric = normal - gradient * jacobian;
 #endif
-    normal = normalize(normal - scale * shading_gradient(height_uv) * jacobian);
+    normal = normalize(normal - scale * shading_gradient(height_uv, lod) * jacobian);
 #endif
     geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
     MaterialPoint m = material_at(at);

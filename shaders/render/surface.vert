@@ -8,11 +8,14 @@ invariant gl_Position;
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;   // authored, mesh space
 layout(location = 2) out vec4 out_uvs;
-#ifdef NORMAL_UV
+#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
 layout(location = 3) out vec4 out_tangent;
 #endif
 #ifdef HAS_HEIGHT
 layout(location = 4) out vec2 out_height_uv;
+#endif
+#ifdef MESH_TANGENTS
+layout(location = 5) out float out_shear;
 #endif
 
 void main() {
@@ -24,8 +27,11 @@ void main() {
     out_position = vertex.position.xyz;
     out_normal = vertex.normal.xyz;
     out_uvs = vertex.uvs;
-#ifdef NORMAL_UV
+#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
     out_tangent = vertex.tangent;
+#endif
+#ifdef MESH_TANGENTS
+    out_shear = vertex.position.w;
 #endif
 #ifdef HAS_HEIGHT
     out_height_uv = vec2(vertex.shell.w, vertex.normal.w);

@@ -49,6 +49,9 @@ WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc) {
 void main() {
     Object object = objects.item[draw.object];
     vec2 ndc = pixel_ndc(ray_point());
+#ifdef LOD_FADE
+    fade_heights(object, ndc);
+#endif
     MarchSettings settings = march_settings();
     WalkHit hit = first_hit(object, settings, ndc);
     count_limits(hit.limits);

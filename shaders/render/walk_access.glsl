@@ -3,6 +3,7 @@
 #define RENDER_WALK_ACCESS_GLSL
 
 #include "render/lid_growth.glsl"
+#include "render/ray_fade.glsl"
 
 layout(std430, set = 1, binding = 10) readonly buffer AdjacencyBlock { uint item[]; } adjacency;
 
@@ -14,7 +15,8 @@ uvec4 walk_corners(uint prism) {
 }
 
 vec4 walk_range(uint prism) {
-    return prisms.item[prism].range;
+    vec4 range = prisms.item[prism].range;
+    return vec4(height_share * range.xy, fading_range(range.zw));
 }
 
 uint walk_neighbour(uint prism, int wall) {
@@ -26,7 +28,7 @@ vec4 walk_neighbour_uv(uint prism, int wall) {
 }
 
 vec2 walk_lids(uint vertex) {
-    return lids.item[vertex];
+    return fading_range(lids.item[vertex]);
 }
 
 float walk_growth(uint vertex) {

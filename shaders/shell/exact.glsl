@@ -28,6 +28,11 @@ struct Place {
     vec4 h;
 };
 
+// The level of a range of heights that the ray comes to first: a negative scale turns heights over.
+float nearest_level(Field field, float low, float high) {
+    return field_level(field, field.side * field.scale > 0.0 ? high : low);
+}
+
 // Signed height over the bilinear patch, positive on the side the ray is on.
 float clearance(Curve curve, Powers powers, Field field, Place place, float p) {
     vec2 f = curve_at(powers, p) - vec2(place.cell);
@@ -161,7 +166,7 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
                 step = 0.25 * (q - p);
             } else {
                 vec2 bounds = height_bounds(curve.origin + first, curve.origin + last);
-                float bound = field_level(field, field.side > 0.0 ? bounds.y : bounds.x);
+                float bound = nearest_level(field, bounds.x, bounds.y);
                 float from = field.side * (level_at(curve, p) - bound), to = field.side * (level_at(curve, q) - bound);
 #ifdef SOFT_SHADOW
                 float spare = penumbra_spare(q);
@@ -201,9 +206,8 @@ float exact_hit(Curve curve, inout Field field, inout int limit) {
         // At most one hit from each side, so at most three pieces: a below-above-below passes twice.
         for (int pass = 0; pass < 3; ++pass) {
             float ta = level_at(curve, from), tb = level_at(curve, leave);
-            bool clear = field.side > 0.0
-                ? min(ta, tb) > field_level(field, max(max(h.x, h.y), max(h.z, h.w)))
-                : max(ta, tb) < field_level(field, min(min(h.x, h.y), min(h.z, h.w)));
+            float nearest = nearest_level(field, min(min(h.x, h.y), min(h.z, h.w)), max(max(h.x, h.y), max(h.z, h.w)));
+            bool clear = field.side > 0.0 ? min(ta, tb) > nearest : max(ta, tb) < nearest;
             float root = clear ? 2.0 : first_root(curve, powers, field, place, from, leave);
             if (root > 1.0) {
                 break;

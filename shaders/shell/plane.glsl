@@ -18,6 +18,7 @@ struct PlaneMarch {
     int min_steps, max_steps, refine_steps;
     int step_limit;  // exact: see MarchSettings
     float tolerance; // secant: of the height's range
+    float lod;       // at which every height on the way is read
 };
 
 struct PlaneHit {
@@ -36,6 +37,16 @@ mat3x2 uv_jacobian(vec3 position_x, vec3 position_y, vec2 uv_x, vec2 uv_y, vec3 
                   inverse * (r1.z * uv_x + r2.z * uv_y));
 }
 
+// The same from the mesh's tangents (surface-gradient form too): with c = normal x unit tangent, u gains `tangent.xyz` and
+// `shear` times c, v gains -tangent.w times c. So the tangent has the length of grad u along it, and its w, whose sign is
+// the handedness, that of grad v. normal: unit, of the mesh, whichever side is seen.
+mat3x2 frame_jacobian(vec3 normal, vec4 tangent, float shear) {
+    vec3 along = tangent.xyz - normal * dot(normal, tangent.xyz);
+    vec3 across = cross(normal, along) * inversesqrt(max(dot(along, along), 1e-37));
+    vec3 u = along + shear * across, v = -tangent.w * across;
+    return mat3x2(u.x, v.x, u.y, v.y, u.z, v.z);
+}
+
 // The ray along `direction` (mesh space, any length) through a point with unit `normal`. The cosine is kept off zero, at
 // `least`: there the plane is seen edge-on and the approximation has no answer.
 PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal, float least) {
@@ -47,7 +58,7 @@ PlaneRay plane_ray(vec2 uv, mat3x2 jacobian, vec3 direction, vec3 normal, float 
 }
 
 float plane_level(PlaneMarch march, vec2 uv) {
-    return (height_at(uv, 0.0) - march.midlevel) * march.scale;
+    return (height_at(uv, march.lod) - march.midlevel) * march.scale;
 }
 
 // More steps the flatter the ray (Tatarchuk 2006).

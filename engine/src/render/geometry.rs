@@ -4,9 +4,10 @@ use glam::{DAffine2, DVec2, DVec3, UVec3, UVec4, Vec2, Vec4};
 
 use super::layout::{BoxNode, Material as GpuMaterial, PrismData, Vertex};
 use super::meshlets::{self, Meshlets};
-use super::plan::{PlannedPrimitive, source};
+use super::plan::{self, PlannedPrimitive, source};
+use super::tangent_frames;
 use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
-use crate::settings::{Horizon, Settings, Stage};
+use crate::settings::{Horizon, Settings, Shell, Stage};
 use crate::shell::{
     hierarchy,
     prisms::{self, MAX_OTHERS},
@@ -86,25 +87,34 @@ impl PrimitiveData {
             Some(d) if planned.shell.height_uv.is_empty() => prisms::height_uvs(primitive, d),
             _ => planned.shell.height_uv.clone(),
         };
+        let framed = settings.resolved_shell() == Shell::Off
+            && !planned.deforms
+            && plan::tangents::from_mesh(material, primitive, settings);
+        let frames = if framed { tangent_frames::of_vertices(primitive, &height_uv) } else { Vec::new() };
         let uv = |set: usize, v: usize| primitive.uvs[set].get(v).copied().unwrap_or_default();
         let vertices = (0..primitive.positions.len())
             .map(|v| {
                 let height_uv = height_uv.get(v).copied().unwrap_or_default();
                 let (uv0, uv1) = (uv(0, v), uv(1, v));
+                let (tangent, shear) = match frames.get(v) {
+                    Some(frame) => (frame.tangent, frame.shear),
+                    None => (primitive.tangents.get(v).copied().unwrap_or_default(), 0.0),
+                };
                 // Where all heights are the same, the triangles themselves are moved to them.
                 let lift = planned.offset.unwrap_or(0.0) * planned.shell_normals[v].as_dvec3();
                 Vertex {
-                    position: (primitive.positions[v].as_dvec3() + lift - center).as_vec3().extend(0.0),
+                    position: (primitive.positions[v].as_dvec3() + lift - center).as_vec3().extend(shear),
                     shell: planned.shell_normals[v].extend(height_uv.x),
                     normal: primitive.normals[v].extend(height_uv.y),
-                    tangent: primitive.tangents.get(v).copied().unwrap_or_default(),
+                    tangent,
                     uvs: Vec4::new(uv0.x, uv0.y, uv1.x, uv1.y),
                 }
             })
             .collect();
         let traced = !planned.shell.prisms.is_empty();
         // The geometry stage makes lids of them.
-        let indexed = !traced || planned.lids == Some(Stage::Geometry);
+        // What fades has the triangles themselves at its end.
+        let indexed = !traced || planned.lids == Some(Stage::Geometry) || settings.lod_fade.is_some();
         let indices = if indexed { primitive.triangles.clone() } else { Vec::new() };
         let mut data = gpu_material(material, settings);
         if let Some(d) = &displacement {
@@ -127,7 +137,8 @@ impl PrimitiveData {
             let [width, height] = map_size(scene, other.source);
             *slot = Vec4::new(other.scale as f32, other.midlevel as f32, width, height);
         }
-        let nodes = if planned.hierarchy { boxes(primitive, planned, center) } else { Vec::new() };
+        let nodes =
+            if planned.hierarchy { boxes(primitive, planned, center, settings.lod_fade.is_some()) } else { Vec::new() };
         PrimitiveData {
             center,
             vertices,
@@ -200,13 +211,15 @@ fn extent(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, (low
 /// Rounding of positions in f32 that the boxes allow for, relative to their size; that of `deform_fit_boxes.comp`.
 const BOX_ROOM: f64 = 1e-6;
 
-/// Boxes over the prisms, relative to `center`. A prism lies in the hull of its corners, however its walls bulge.
-fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3) -> Vec<hierarchy::Node> {
+/// Boxes over the prisms, relative to `center`. A prism lies in the hull of its corners, however its walls bulge. `fades`:
+/// its heights may, toward the base surface.
+fn boxes(primitive: &Primitive, planned: &PlannedPrimitive, center: DVec3, fades: bool) -> Vec<hierarchy::Node> {
     let bounds = |prism: &prisms::Prism| {
         let corners = prism.corners.map(|v| {
             let (at, lift) = (primitive.positions[v as usize].as_dvec3(), planned.shell_normals[v as usize].as_dvec3());
             let [low, high] = prism.range;
-            [low, high + planned.headroom].map(|t| at - center + t * lift)
+            let range = if fades { [low.min(0.0), high.max(0.0)] } else { [low, high] };
+            [range[0], range[1] + planned.headroom].map(|t| at - center + t * lift)
         });
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let [low, high] = corners.as_flattened().iter().fold(empty, |[low, high], p| [low.min(*p), high.max(*p)]);

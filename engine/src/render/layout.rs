@@ -88,7 +88,7 @@ shared! {
         ambient: [Vec4; 12],
         /// Lights, 1 in perspective.
         counts: UVec4,
-        /// Pixel of the target at which the picture begins (xy).
+        /// Pixel of the target at which the picture begins (xy); z: how much of the occlusion dims direct light.
         origin: Vec4,
     }
     /// One light, camera-relative.
@@ -143,16 +143,18 @@ shared! {
         eye: Vec4,
         /// x: sign of the determinant of the linear rows x, y, w (view depth when orthographic).
         handedness: Vec4,
+        /// Where heights fade: half extents of a box around the mesh's centre; w: [`super::plan::fade::Fade::scale`].
+        fade: Vec4,
     }
     /// One vertex.
     Vertex {
-        /// Position, rebased to the mesh's centre; w unused.
+        /// Position, rebased to the mesh's centre; w: see `tangent_frames`, where the mesh's tangents frame its parallax.
         position: Vec4,
         /// Shell normal times its fold factor r; w: u of the height map.
         shell: Vec4,
         /// Shading normal; w: v of the height map.
         normal: Vec4,
-        /// Shading tangent and handedness; zero where the material needs none.
+        /// Shading tangent and handedness; zero where the material needs none. With lengths, where they frame its parallax.
         tangent: Vec4,
         /// UV sets 0 and 1, as in the file.
         uvs: Vec4,
@@ -325,6 +327,7 @@ mod tests {
         let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
+        shell.extend([("ROUGHNESS_CHANNEL", "g".into()), ("METALLIC_CHANNEL", "b".into())]);
         let mut shadowed = shell.clone();
         shadowed.extend(defines(&["SELF_SHADOW", "SHADOW_REENTRY"]));
         shadowed.push(("SHADOWED_LIGHTS", "1".into()));

@@ -16,6 +16,7 @@ mod pyramid;
 mod resolve;
 mod resources;
 mod shadow;
+mod tangent_frames;
 #[cfg(test)]
 mod tests;
 pub mod variant;
@@ -25,13 +26,16 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use self::aov::AovTargets;
 use self::baseline::{Diced, Drawable};
 use self::deform::{Deformer, Pose};
 use self::layout::{Frame, Object};
-use self::plan::{Draw, Plan};
+use self::plan::{
+    Draw, Plan,
+    fade::{self, Span},
+};
 use self::resolve::{Resolve, Samples};
 use self::resources::{Images, Primitive, Slot};
 use self::shadow::ShadowMaps;
@@ -164,7 +168,7 @@ struct Targets {
     /// Depth of [`Plan::aov_draws`].
     aov_depth: Option<Image>,
     /// Camera of the last recorded frame: AOV positions are relative to it.
-    camera: glam::DVec3,
+    camera: DVec3,
 }
 
 /// Draws into one set of targets.
@@ -389,12 +393,14 @@ impl Renderer {
             self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, self.settings.count_limits)?);
         }
         let mapped = self.record_shadow_maps(cmd, slot, camera, extent, timers.as_deref_mut())?;
-        let (objects, cut) = self.objects(&view, &self.plan.draws);
+        let (mut objects, cut) = self.objects(&view, &self.plan.draws);
+        let spans = self.fade(&view, &mut objects);
         let mut lights: Vec<_> = self.lights.iter().map(|light| view.light(light)).collect();
         for (light, maps) in lights.iter_mut().zip(&mapped.of_light) {
             light.set_maps(*maps);
         }
-        let frame = view.frame(lights.len(), &self.scene.ambient);
+        let mut frame = view.frame(lights.len(), &self.scene.ambient);
+        frame.origin.z = self.settings.occlusion_light;
         self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
         let atlas: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
         let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
@@ -430,6 +436,9 @@ impl Renderer {
                 }
                 for index in &pass.draws {
                     let draw = &draws[*index];
+                    if draw.span != spans[*index] {
+                        continue;
+                    }
                     if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
                         mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
                     }
@@ -437,6 +446,9 @@ impl Renderer {
                 self.begin_pass(cmd, &pass, target);
                 for index in pass.draws {
                     let draw = &draws[index];
+                    if draw.span != spans[index] {
+                        continue;
+                    }
                     let (variant, set) = match (&draw.depth, self.depth_sets.get(index)) {
                         (Some(depth), Some(Some(set))) if !pass.shades => (depth, set),
                         _ => (&draw.variant, &sets[index]),
@@ -485,6 +497,24 @@ impl Renderer {
             (view.object(transform, primitive.center), cut)
         };
         draws.iter().map(of).unzip()
+    }
+
+    /// The span that each draw's instance is in, where its shells fade; completes their objects.
+    fn fade(&self, view: &View, objects: &mut [Object]) -> Vec<Option<Span>> {
+        let start = f64::from(self.settings.lod_fade.unwrap_or_default());
+        let of = |(draw, object): (&Draw, &mut Object)| {
+            draw.span?;
+            let mesh = self.plan.primitives[draw.primitive].mesh;
+            let parts = self.plan.primitives.iter().zip(&self.primitives).filter(|(planned, _)| planned.mesh == mesh);
+            let extent = parts.fold(DVec3::ZERO, |extent, (_, part)| extent.max(part.extent));
+            let transform = &self.transforms[draw.instance];
+            let thickness = fade::thickness(&self.scene, &self.scene.meshes[mesh]) * fade::stretch(transform);
+            let fade = view.fade(extent, thickness, start);
+            object.fade = fade.extent.as_vec3().extend(fade.scale as f32);
+            let [nearest, farthest] = view.depths(transform, self.primitives[draw.primitive].center, extent);
+            Some(fade.span(nearest, farthest))
+        };
+        self.plan.draws.iter().zip(objects).map(of).collect()
     }
 
     /// `variant`: the draw's, or what draws its depth. `sets`: 0 and 1. `index`: of the draw's object. `cut`: see
@@ -650,7 +680,7 @@ impl Renderer {
         let aov = self.output.aov.then(|| AovTargets::new(&self.ctx, extent)).transpose()?;
         let aov_depth = || image("depth of AOVs", DEPTH_FORMAT, one, depth_usage);
         let aov_depth = (samples.is_some() && self.output.aov).then(aov_depth).transpose()?;
-        self.targets = Some(Targets { depth, samples, aov, aov_depth, camera: glam::DVec3::ZERO });
+        self.targets = Some(Targets { depth, samples, aov, aov_depth, camera: DVec3::ZERO });
         Ok(())
     }
 }

@@ -4,13 +4,14 @@ use std::collections::{HashMap, hash_map::Entry};
 use std::{ops::Range, path::Path};
 
 use glam::DVec3;
+use half::f16;
 
 use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
 use super::plan::{Plan, PlannedPrimitive, source, texture_refs};
-use super::variant::{OTHER_NAMES, TEXTURE_NAMES, Variant};
+use super::variant::{Height, OTHER_NAMES, TEXTURE_NAMES, Variant};
 use super::{cones, pyramid};
 use crate::error::{Error, Result};
 use crate::gpu::{
@@ -29,6 +30,8 @@ const ANISOTROPY: f32 = 8.0;
 pub struct Images {
     color: HashMap<usize, Image>,
     heights: HashMap<usize, Image>,
+    /// The same with mips, where each pixel reads them at its own LOD.
+    height_mips: HashMap<usize, Image>,
     samplers: HashMap<SceneSampler, Sampler>,
     /// For gathers: the filter is the shader's own.
     height_samplers: HashMap<[Wrap; 2], Sampler>,
@@ -38,8 +41,8 @@ pub struct Images {
     pyramids: HashMap<(usize, [Wrap; 2]), Buffer>,
     /// Ambient occlusion of height fields, by mesh and primitive: it follows from their scale and proportions too.
     occlusions: HashMap<[usize; 2], Image>,
-    /// For these.
-    occlusion_samplers: HashMap<[Wrap; 2], Sampler>,
+    /// And for height maps with mips.
+    smooth_samplers: HashMap<[Wrap; 2], Sampler>,
     /// Cone maps of height maps, for the cone marches.
     cones: HashMap<(usize, [Wrap; 2], ConeKind), Image>,
 }
@@ -69,15 +72,23 @@ impl Images {
                     entry.insert(height_sampler(ctx, wrap)?);
                 }
             }
-            if let Some(height) = draw.variant.height.filter(|height| height.ambient_occlusion) {
+            if draw.variant.height.is_some_and(|height| height.ambient_occlusion) {
                 let planned = &plan.primitives[draw.primitive];
                 if let Entry::Vacant(entry) = self.occlusions.entry([planned.mesh, planned.primitive]) {
                     entry.insert(bake_occlusion(&mut uploader, scene, planned)?);
                 }
-                if let Entry::Vacant(entry) = self.occlusion_samplers.entry(height.wrap) {
-                    let desc = SamplerDesc { wrap: address_modes(height.wrap), ..SamplerDesc::default() };
-                    entry.insert(Sampler::new(ctx, &desc)?);
-                }
+            }
+            let smooth = |height: &Height| height.ambient_occlusion || height.pixel_lod;
+            if let Some(height) = draw.variant.height.filter(smooth)
+                && let Entry::Vacant(entry) = self.smooth_samplers.entry(height.wrap)
+            {
+                let desc = SamplerDesc { wrap: address_modes(height.wrap), ..SamplerDesc::default() };
+                entry.insert(Sampler::new(ctx, &desc)?);
+            }
+            if let (Some(true), Some(map)) = (draw.variant.height.map(|h| h.pixel_lod), own_map(material))
+                && let Entry::Vacant(entry) = self.height_mips.entry(map)
+            {
+                entry.insert(upload_height_mips(ctx, &mut uploader, &scene.height_maps[map])?);
             }
         }
         if self.noise.is_none() && plan.draws.iter().any(|draw| draw.variant.dithers()) {
@@ -133,6 +144,10 @@ impl Images {
         if let (Some(height), Some(map)) = (variant.height, own_map(material)) {
             let (image, sampler) = self.height(map, height.wrap);
             bindings.push(("height_map", Binding::Image(image, sampler)));
+            if height.pixel_lod {
+                let smooth = &self.smooth_samplers[&height.wrap];
+                bindings.push(("height_mips", Binding::Image(&self.height_mips[&map], smooth)));
+            }
             let pyramid = self.pyramids.get(&(map, height.wrap));
             bindings.extend(pyramid.map(|buffer| ("pyramid", Binding::Buffer(buffer))));
             let cones = cone_kind(height.march).and_then(|kind| self.cones.get(&(map, height.wrap, kind)));
@@ -140,7 +155,7 @@ impl Images {
         }
         if let Some(height) = variant.height.filter(|height| height.ambient_occlusion) {
             let image = &self.occlusions[&[planned.mesh, planned.primitive]];
-            let sampler = &self.occlusion_samplers[&height.wrap];
+            let sampler = &self.smooth_samplers[&height.wrap];
             bindings.push(("ambient_occlusion_map", Binding::Image(image, sampler)));
         }
         if variant.height.is_some() {
@@ -221,7 +236,27 @@ pub fn upload_height(
             uploader.image(&image_desc(&map.name, extent, vk::Format::R8_UNORM), &texels)
         }
         HeightTexels::U16(texels) => upload_16_bits(ctx, uploader, &map.name, extent, texels),
+        HeightTexels::F16(texels) => {
+            uploader.image(&image_desc(&map.name, extent, vk::Format::R16_SFLOAT), bytemuck::cast_slice(texels))
+        }
     }
+}
+
+/// A height map with all its mips, for the LOD of each pixel: 16 bits, of whatever kind the device scales and filters.
+fn upload_height_mips(ctx: &Context, uploader: &mut Uploader, map: &HeightMap) -> Result<Image> {
+    let heights = (0..map.height).flat_map(|y| (0..map.width).map(move |x| map.height(x, y)));
+    let scales = vk::FormatFeatureFlags::BLIT_SRC
+        | vk::FormatFeatureFlags::BLIT_DST
+        | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
+    let name = format!("{} mips", map.name);
+    let extent = [map.width, map.height];
+    if ctx.supports_format(vk::Format::R16_UNORM, scales) {
+        let texels: Vec<u16> = heights.map(|h| (h * f64::from(u16::MAX)).round() as u16).collect();
+        let desc = image_desc(&name, extent, vk::Format::R16_UNORM);
+        return uploader.image_with_mips(&desc, bytemuck::cast_slice(&texels));
+    }
+    let texels: Vec<f16> = heights.map(f16::from_f64).collect();
+    uploader.image_with_mips(&image_desc(&name, extent, vk::Format::R16_SFLOAT), bytemuck::cast_slice(&texels))
 }
 
 /// The occlusion map of a displaced primitive, computed on the CPU.

@@ -21,6 +21,7 @@ fn scene() -> Scene {
         positions: corners.map(|[x, z]| Vec3::new(x, 0.0, -z)).to_vec(),
         normals: vec![Vec3::Y; 4],
         tangents: Vec::new(),
+        own_tangents: false,
         uvs: [corners.map(|[x, z]| Vec2::new(x, z)).to_vec(), Vec::new()],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         weld: vec![0, 1, 2, 3],

@@ -3,7 +3,7 @@
 
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
-use crate::scene::{Procedure, Wrap};
+use crate::scene::{Channel, Procedure, Wrap};
 use crate::settings::{Dicer, March, Normals, Stage};
 use crate::shell::prisms::MAX_OTHERS;
 
@@ -98,6 +98,10 @@ pub struct Height {
     pub dither: bool,
     /// Shading normals of a base surface.
     pub normals: Normals,
+    /// A base surface's tangent frame is the mesh's, not that of derivatives.
+    pub mesh_tangents: bool,
+    /// A base surface's heights are read at the LOD of the pixel.
+    pub pixel_lod: bool,
     /// The hit moves the depth of a base surface.
     pub depth_offset: bool,
     /// A base surface's heights fade with the LOD.
@@ -127,6 +131,10 @@ pub struct Variant {
     pub depth_stands: bool,
     /// UV set of each texture that the material has.
     pub textures: [Option<u8>; 5],
+    /// Channels of roughness and metallic in their texture.
+    pub channels: [Channel; 2],
+    /// Its occlusion dims direct light too.
+    pub occludes_light: bool,
     /// Height field, if the draw reads one.
     pub height: Option<Height>,
     /// Moves the depth of a plain surface, dithered or not.
@@ -231,6 +239,8 @@ impl Variant {
             pass: Pass::Depth,
             depth_stands: false,
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
+            channels: [Channel::G, Channel::B],
+            occludes_light: false,
             height: self.height.filter(|h| !idle(h)).map(|h| Height {
                 self_shadow: false,
                 soft_shadow: false,
@@ -321,6 +331,7 @@ impl Variant {
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("AOV", self.aov);
+        flag("OCCLUSION_LIGHT", self.occludes_light);
         flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
@@ -345,6 +356,8 @@ impl Variant {
             flag("DITHERED_START", height.dither);
             flag("NORMALS_4_TAP", height.normals == Normals::FourTap);
             flag("NORMALS_SOBEL", height.normals == Normals::Sobel);
+            flag("MESH_TANGENTS", height.mesh_tangents);
+            flag("HEIGHT_MIPS", height.pixel_lod);
             flag("DEPTH_OFFSET", height.depth_offset);
             flag("LOD_FADE", height.lod_fade);
             flag("SELF_SHADOW", height.self_shadow);
@@ -365,6 +378,10 @@ impl Variant {
                 Some(procedure) => defines.push(procedure_define(procedure)),
                 None => defines.extend(wrap_defines(height.wrap)),
             }
+        }
+        if self.textures[1].is_some() {
+            let [roughness, metallic] = self.channels.map(|channel| channel.name().to_owned());
+            defines.extend([("ROUGHNESS_CHANNEL", roughness), ("METALLIC_CHANNEL", metallic)]);
         }
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
             if let Some(set) = set {

@@ -6,6 +6,7 @@
 use glam::{DAffine3, DMat4, DVec3, DVec4, Vec4};
 
 use super::layout::{Frame, Light as GpuLight, Object, ShadowView};
+use super::plan::fade::Fade;
 use crate::scene::{Ambient, Camera, Light, LightKind, Projection};
 
 /// A camera's transforms for one picture.
@@ -102,7 +103,26 @@ impl View {
             normal_z: normal_row(2),
             eye,
             handedness: Vec4::new(det.signum() as f32, 0.0, 0.0, 0.0),
+            fade: Vec4::ZERO,
         }
+    }
+
+    /// How a shell of this world thickness within a box fades from the LOD `start` on: that of its thickness in a pixel.
+    pub fn fade(&self, extent: DVec3, thickness: f64, start: f64) -> Fade {
+        // Rows of the picture span 2 / |row y| at depth 1, or at any.
+        let pixel = 2.0 / (self.projection.row(1).truncate().length() * f64::from(self.extent[1]));
+        Fade { extent, scale: pixel / (thickness * start.exp2()) }
+    }
+
+    /// Least and greatest view depth of a box of half extents `extent` around `center`, in the mesh space of `transform`,
+    /// as far as it lies beyond the near plane; 1 and 1 where pixels are as large everywhere.
+    pub fn depths(&self, transform: &DAffine3, center: DVec3, extent: DVec3) -> [f64; 2] {
+        if !self.perspective {
+            return [1.0; 2];
+        }
+        let middle = self.forward.dot(transform.transform_point3(center) - self.position);
+        let reach = (transform.matrix3.transpose() * self.forward).abs().dot(extent);
+        [middle - reach, middle + reach].map(|depth| depth.max(self.lens[2]))
     }
 
     /// This view's picture as a shadow map, for points relative to `eye`. It begins at texel `origin` of an atlas.

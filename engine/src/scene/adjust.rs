@@ -2,8 +2,9 @@
 //! and reference sees the same surface.
 
 use glam::{DAffine2, DVec2};
+use half::f16;
 
-use super::{HeightMap, HeightSource, HeightTexels, Material, Scene, TextureRef, Wrap};
+use super::{Channel, HeightMap, HeightSource, HeightTexels, Material, Scene, TextureRef, Wrap};
 use crate::error::{Error, Result};
 
 /// How textures go on beyond their edges: as glTF has it, or not at all.
@@ -37,6 +38,37 @@ impl Beyond {
     }
 }
 
+/// The texels in which height maps are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeightFormat {
+    /// Those of the file: 8 or 16 bits.
+    #[default]
+    Auto,
+    /// 8 bits: half of the memory of 16, off by 1/510 at most.
+    R8,
+    /// 16 bits.
+    R16,
+    /// Half floats: 11 significant bits, so that heights above 1/2 are off by 1/4096 at most, lower ones by less. On
+    /// devices without 16-bit integers to sample, half of the memory of [`HeightFormat::R16`].
+    R16F,
+}
+
+impl HeightFormat {
+    /// Every format.
+    pub const ALL: &'static [HeightFormat] =
+        &[HeightFormat::Auto, HeightFormat::R8, HeightFormat::R16, HeightFormat::R16F];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            HeightFormat::Auto => "auto",
+            HeightFormat::R8 => "r8",
+            HeightFormat::R16 => "r16",
+            HeightFormat::R16F => "r16f",
+        }
+    }
+}
+
 /// What replaces the displaced materials' own values; `None` and the default leave them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Adjustment {
@@ -56,6 +88,12 @@ pub struct Adjustment {
     pub wrap: Option<Beyond>,
     /// Halvings of the height maps.
     pub height_lod: u32,
+    /// Texels of the height maps.
+    pub height_format: HeightFormat,
+    /// [`Material::roughness_channel`].
+    pub roughness_channel: Option<Channel>,
+    /// [`Material::metallic_channel`].
+    pub metallic_channel: Option<Channel>,
 }
 
 impl Scene {
@@ -77,6 +115,9 @@ impl Scene {
         if adjustment.wrap == Some(Beyond::Border) {
             self.height_maps.iter_mut().for_each(|map| *map = bordered(map));
         }
+        if adjustment.height_format != HeightFormat::Auto {
+            self.height_maps.iter_mut().for_each(|map| map.texels = kept_as(map, adjustment.height_format));
+        }
         let displaced = |material: &&mut Material| material.displacement.is_some();
         let mut any = false;
         for material in self.materials.iter_mut().filter(displaced) {
@@ -84,13 +125,16 @@ impl Scene {
             let mapped = adjustment.height_flip
                 || adjustment.wrap.is_some()
                 || adjustment.height_lod > 0
+                || adjustment.height_format != HeightFormat::Auto
                 || adjustment.moves_uvs();
+            material.roughness_channel = adjustment.roughness_channel.unwrap_or(material.roughness_channel);
+            material.metallic_channel = adjustment.metallic_channel.unwrap_or(material.metallic_channel);
             let Some(displacement) = &mut material.displacement else { continue };
             if mapped && matches!(displacement.source, HeightSource::Procedure(_)) {
                 return Err(Error::input(
                     &self.file,
                     format!("material '{}'", material.name),
-                    "a function gives its heights, which has neither UV transform nor wrap nor LOD and is not turned around",
+                    "a function gives its heights, which has neither UV transform nor wrap nor LOD nor texels and is not turned around",
                     "leave these out, or give it a height map",
                 ));
             }
@@ -168,6 +212,18 @@ fn flip(texels: &mut HeightTexels) {
     match texels {
         HeightTexels::U8(texels) => texels.iter_mut().for_each(|texel| *texel = u8::MAX - *texel),
         HeightTexels::U16(texels) => texels.iter_mut().for_each(|texel| *texel = u16::MAX - *texel),
+        HeightTexels::F16(texels) => texels.iter_mut().for_each(|h| *h = f16::from_f64(1.0 - h.to_f64())),
+    }
+}
+
+/// A map's texels in another format, each rounded to the nearest that it has.
+fn kept_as(map: &HeightMap, format: HeightFormat) -> HeightTexels {
+    let heights = (0..map.height).flat_map(|y| (0..map.width).map(move |x| map.height(x, y)));
+    match format {
+        HeightFormat::Auto => map.texels.clone(),
+        HeightFormat::R8 => HeightTexels::U8(heights.map(|h| (h * f64::from(u8::MAX)).round() as u8).collect()),
+        HeightFormat::R16 => HeightTexels::U16(heights.map(|h| (h * f64::from(u16::MAX)).round() as u16).collect()),
+        HeightFormat::R16F => HeightTexels::F16(heights.map(f16::from_f64).collect()),
     }
 }
 
@@ -205,6 +261,7 @@ fn bordered(map: &HeightMap) -> HeightMap {
     let texels = match &map.texels {
         HeightTexels::U8(texels) => HeightTexels::U8(around(texels, map.width as usize)),
         HeightTexels::U16(texels) => HeightTexels::U16(around(texels, map.width as usize)),
+        HeightTexels::F16(texels) => HeightTexels::F16(around(texels, map.width as usize)),
     };
     HeightMap { name: map.name.clone(), width: map.width + 2, height: map.height + 2, texels }
 }
@@ -235,5 +292,26 @@ mod tests {
         let map = HeightMap { name: String::new(), width: 5, height: 1, texels };
         // Two texels and a half each: (0 + 1 + 2 / 2) / 2.5 and (2 / 2 + 3 + 4) / 2.5.
         assert!(matches!(halved(&map, 1).texels, HeightTexels::U16(texels) if texels == [8000, 32000]));
+    }
+
+    /// The loss that [`HeightFormat`] states, over every 16-bit height.
+    #[test]
+    fn formats_lose_what_they_say() {
+        let texels = HeightTexels::U16((0..=u16::MAX).collect());
+        let map = HeightMap { name: String::new(), width: 256, height: 256, texels };
+        let most_off = |format: HeightFormat| {
+            let kept = HeightMap { texels: kept_as(&map, format), ..map.clone() };
+            let off = |i: u32| (kept.height(i % 256, i / 256) - map.height(i % 256, i / 256)).abs();
+            (0..1 << 16).map(off).fold(0.0, f64::max)
+        };
+        assert_eq!(most_off(HeightFormat::R16), 0.0);
+        assert!((0.99..=1.0).contains(&(most_off(HeightFormat::R8) * 510.0)));
+        assert!((0.95..=1.0).contains(&(most_off(HeightFormat::R16F) * 4096.0)));
+        // 8 bits are kept by 16 of either kind well enough to be had back.
+        let eight = HeightTexels::U8((0..=u8::MAX).collect());
+        let map = HeightMap { name: String::new(), width: 16, height: 16, texels: eight };
+        let half = HeightMap { texels: kept_as(&map, HeightFormat::R16F), ..map.clone() };
+        let back = kept_as(&half, HeightFormat::R8);
+        assert!(matches!((back, map.texels), (HeightTexels::U8(back), HeightTexels::U8(texels)) if back == texels));
     }
 }

@@ -29,6 +29,7 @@ impl HeightMap {
         match &self.texels {
             HeightTexels::U8(texels) => fraction_u8(texels[index]),
             HeightTexels::U16(texels) => fraction_u16(texels[index]),
+            HeightTexels::F16(texels) => texels[index].to_f64(),
         }
     }
 
@@ -37,6 +38,10 @@ impl HeightMap {
         match &self.texels {
             HeightTexels::U8(texels) => extremes(texels, fraction_u8),
             HeightTexels::U16(texels) => extremes(texels, fraction_u16),
+            HeightTexels::F16(texels) => {
+                let heights = texels.iter().map(|h| h.to_f64());
+                heights.fold((1.0, 0.0), |(low, high): (f64, f64), h| (low.min(h), high.max(h)))
+            }
         }
     }
 }

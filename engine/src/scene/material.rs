@@ -6,7 +6,7 @@ use gltf::json::{
 };
 
 use super::{
-    Material, TextureRef, displacement,
+    Channel, Material, TextureRef, displacement,
     document::Document,
     image::Images,
     texture::{Info, TRANSFORM, resolve, transform_in},
@@ -23,6 +23,8 @@ impl Default for Material {
             metallic: 1.0,
             roughness: 1.0,
             metallic_roughness: None,
+            roughness_channel: Channel::G,
+            metallic_channel: Channel::B,
             normal: None,
             occlusion: None,
             emissive_factor: Vec3::ZERO,
@@ -92,6 +94,8 @@ pub(super) fn import(
         metallic,
         roughness,
         metallic_roughness,
+        roughness_channel: Channel::G,
+        metallic_channel: Channel::B,
         normal,
         occlusion,
         emissive_factor: emissive_factor.into(),

@@ -79,7 +79,8 @@ impl Importer<'_> {
         let material = &self.materials[primitive.material];
         self.notice_missing_uvs(&primitive, material, by);
         primitive.displacement_scale = self.displacement_scale(&primitive, material, by)?;
-        if primitive.tangents.is_empty()
+        primitive.own_tangents = !primitive.tangents.is_empty();
+        if !primitive.own_tangents
             && let Some((tex_coord, transform)) = tangent_space(material, &primitive)
         {
             tangents::generate(&mut primitive, tex_coord, transform);
@@ -109,6 +110,7 @@ impl Importer<'_> {
                 Some(tangents) => self.unit_tangents(tangents, source, by)?,
                 None => Vec::new(),
             },
+            own_tangents: false,
             uvs: uvs.map(|uvs| uvs.into_iter().flatten().map(Vec2::from).collect()),
             triangles: Vec::new(),
             weld: Vec::new(),

@@ -26,7 +26,7 @@ mod triangles;
 mod uri;
 mod weld;
 
-pub use adjust::{Adjustment, Beyond};
+pub use adjust::{Adjustment, Beyond, HeightFormat};
 pub use ambient::Ambient;
 pub use camera::frame;
 pub use import::load;
@@ -36,6 +36,7 @@ pub use procedure::Procedure;
 use std::path::PathBuf;
 
 use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use half::f16;
 
 /// A scene file after import: everything resolved, checked and in memory.
 #[derive(Clone, Debug)]
@@ -86,6 +87,8 @@ pub struct Primitive {
     pub normals: Vec<Vec3>,
     /// Shading tangents (w = handedness): authored, or MikkTSpace where a material needs them; else empty.
     pub tangents: Vec<Vec4>,
+    /// Whether they are the file's.
+    pub own_tangents: bool,
     /// UV sets 0 and 1.
     pub uvs: [Vec<Vec2>; 2],
     /// Vertex indices, counter-clockwise fronts. No index is out of range.
@@ -194,8 +197,12 @@ pub struct Material {
     pub metallic: f32,
     /// Roughness factor.
     pub roughness: f32,
-    /// Roughness in G, metallic in B.
+    /// Roughness and metallic, each in a channel of its own.
     pub metallic_roughness: Option<TextureRef>,
+    /// Channel of its roughness: glTF's is G.
+    pub roughness_channel: Channel,
+    /// Channel of its metallic: glTF's is B.
+    pub metallic_channel: Channel,
     /// Tangent-space normal map and its scale.
     pub normal: Option<(TextureRef, f32)>,
     /// Occlusion in R and its strength.
@@ -212,6 +219,34 @@ pub struct Material {
     pub displacement: Option<Displacement>,
     /// Depth offset of a plain surface, if the material asks for it.
     pub depth_offset: Option<DepthOffset>,
+}
+
+/// A channel of a colour image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Channel {
+    /// Red.
+    R,
+    /// Green.
+    G,
+    /// Blue.
+    B,
+    /// Alpha.
+    A,
+}
+
+impl Channel {
+    /// Every channel.
+    pub const ALL: &'static [Channel] = &[Channel::R, Channel::G, Channel::B, Channel::A];
+
+    /// The name on the command line, which is GLSL's.
+    pub fn name(self) -> &'static str {
+        match self {
+            Channel::R => "r",
+            Channel::G => "g",
+            Channel::B => "b",
+            Channel::A => "a",
+        }
+    }
 }
 
 /// The `depthOffset` extras of a material that is not displaced: its depth moves away from the eye, its shading does not.
@@ -284,13 +319,15 @@ pub struct HeightMap {
     pub texels: HeightTexels,
 }
 
-/// Texels at the depth of their file.
+/// Texels at the depth of their file, unless told otherwise.
 #[derive(Clone, Debug)]
 pub enum HeightTexels {
     /// h = value / 255.
     U8(Vec<u8>),
     /// h = value / 65535.
     U16(Vec<u16>),
+    /// h = value, in [0, 1]. No file has it: see [`HeightFormat`].
+    F16(Vec<f16>),
 }
 
 /// A camera: looks along -Z of its transform, +Y up, as in glTF.

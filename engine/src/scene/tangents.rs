@@ -114,6 +114,7 @@ mod tests {
             material: 0,
             normals: vec![Vec3::Z; 6],
             tangents: Vec::new(),
+            own_tangents: false,
             uvs: [positions.iter().map(|p| Vec2::new(p.x.abs(), 1.0 - p.y)).collect(), Vec::new()],
             triangles: vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]],
             weld: Vec::new(),

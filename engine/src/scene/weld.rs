@@ -69,6 +69,7 @@ mod tests {
             material: 0,
             normals,
             tangents: Vec::new(),
+            own_tangents: false,
             uvs: [Vec::new(), Vec::new()],
             triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             weld: Vec::new(),

@@ -89,6 +89,7 @@ impl HeightBounds {
         let nodes = match &map.texels {
             HeightTexels::U8(texels) => texels.iter().map(|v| f32::from(*v) / 255.0).map(|h| (h, h)).collect(),
             HeightTexels::U16(texels) => texels.iter().map(|v| f32::from(*v) / 65535.0).map(|h| (h, h)).collect(),
+            HeightTexels::F16(texels) => texels.iter().map(|v| v.to_f32()).map(|h| (h, h)).collect(),
         };
         let mut levels = vec![Level { size, nodes }];
         while let Some(last) = levels.last().filter(|last| last.size != [1, 1]) {

@@ -123,8 +123,11 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
     }
     for (index, map) in scene.height_maps.iter().enumerate() {
         if plan.ledger.find(&format!("height map '{}'", map.name), "image").is_some_and(|decision| decision.kept) {
-            let wide = plan.sixteen_bits.contains(&index) && matches!(map.texels, HeightTexels::U16(_));
-            let format = if wide { vk::Format::R16_UNORM } else { vk::Format::R8_UNORM };
+            let format = match &map.texels {
+                HeightTexels::F16(_) => vk::Format::R16_SFLOAT,
+                HeightTexels::U16(_) if plan.sixteen_bits.contains(&index) => vk::Format::R16_UNORM,
+                HeightTexels::U16(_) | HeightTexels::U8(_) => vk::Format::R8_UNORM,
+            };
             add(map.name.clone(), [map.width, map.height], format, 1, 1);
         }
     }

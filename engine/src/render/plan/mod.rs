@@ -1,14 +1,17 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
+pub mod fade;
 pub mod ledger;
 mod lights;
 mod needs;
+pub mod tangents;
 
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
 use glam::Vec3;
 
+use self::fade::Span;
 use self::ledger::{Ledger, Need};
 pub use self::lights::ShadowPlan;
 use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
@@ -35,6 +38,8 @@ pub struct Draw {
     pub depth: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
+    /// When it is drawn; always where nothing fades.
+    pub span: Option<Span>,
 }
 
 /// A primitive that is drawn, once whatever the number of its instances.
@@ -130,6 +135,30 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
     if settings.msaa > 1 && settings.baseline.is_some() {
         return Err(Error::Usage("--msaa: a baseline is drawn with one sample a pixel; use --msaa 1".into()));
     }
+    if settings.occlusion_light > 0.0 {
+        let mut drawn = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
+        let occluded = |p: &Primitive| {
+            scene.materials[p.material].occlusion.is_some()
+                || (settings.ambient_occlusion && prisms::displacement(scene, p).is_some())
+        };
+        if scene.lights.is_empty() || !drawn.any(occluded) {
+            return Err(Error::Usage(
+                "--occlusion-light: the scene has no light, or nothing that occludes: no occlusion texture, and no \
+                 --ambient-occlusion on"
+                    .into(),
+            ));
+        }
+    }
+    if settings.pixel_lod
+        && let Some((material, procedure)) = procedural(scene)
+    {
+        return Err(Error::Usage(format!(
+            "--height-lod auto: the heights of material '{}' are the function '{}', which has no LOD; drop the flag",
+            material.name,
+            procedure.name()
+        )));
+    }
+    tangents::check(scene, settings)?;
     if let Some(Baseline::Diced { edge, .. }) = settings.baseline
         && !(edge.is_finite() && edge > 0.0)
     {
@@ -291,6 +320,8 @@ fn plan_draws(
     let plain = Variant {
         geometry: Geometry::Surface,
         textures,
+        channels: [material.roughness_channel, material.metallic_channel],
+        occludes_light: settings.occlusion_light > 0.0 && !scene.lights.is_empty(),
         height: None,
         depth_shift,
         // Away from the eye.
@@ -310,11 +341,12 @@ fn plan_draws(
         deforms: false,
     };
     let prisms = geometry.shell.prisms.len() as u32;
-    let mut push = |variant: Variant, range: Range<u32>| {
+    let mut push_in = |span: Option<Span>, variant: Variant, range: Range<u32>| {
         if !range.is_empty() {
-            plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range });
+            plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range, span });
         }
     };
+    let mut push = |variant: Variant, range: Range<u32>| push_in(None, variant, range);
     let baseline = settings.baseline.filter(|_| geometry.shell.is_displaced());
     if let (Some(baseline), Some(d)) = (baseline, &displacement) {
         push(baseline_variant(baseline, d, plain), 0..prisms);
@@ -345,26 +377,37 @@ fn plan_draws(
             }
         });
         let shadows = settings.self_shadow != SelfShadow::Off;
+        let far = Variant { depth_shift: None, depth_behind: false, ..plain };
         let plain = Variant { shadowed_lights: if shadows { shadowed_lights(scene) } else { 0 }, ..plain };
-        // The raster's depth lies before all that a fragment can hit.
-        let shelled = Variant { height, depth_shift: None, depth_behind: !settings.keep_all, ..plain };
-        let outlines = Variant { mirrored: false, double_sided: false, ..shelled };
         if plain.depth_shift.is_some() {
             plan.notices.push(format!("material '{}': its depth offset is left out beside a shell", material.name));
         }
-        if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
-            // Front faces only: a lid seen from behind is where rays leave.
-            let deforms = geometry.deforms && stage == Stage::Mesh;
-            push(Variant { geometry: Geometry::Lids(stage), double_sided: false, deforms, ..shelled }, 0..prisms);
-            push(Variant { geometry: Geometry::Borders(stage), ..outlines }, 0..prisms);
-        } else {
-            push(Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
+        let fades = fade::fades(settings, aov);
+        let spans: &[_] = if fades { &[Some(Span::Near), Some(Span::Fading)] } else { &[None] };
+        for span in spans {
+            let height = height.map(|h| Height { lod_fade: *span == Some(Span::Fading), ..h });
+            // The raster's depth lies before all that a fragment can hit.
+            let shelled = Variant { height, depth_shift: None, depth_behind: !settings.keep_all, ..plain };
+            let outlines = Variant { mirrored: false, double_sided: false, ..shelled };
+            if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
+                // Front faces only: a lid seen from behind is where rays leave.
+                let deforms = geometry.deforms && stage == Stage::Mesh;
+                let lids = Variant { geometry: Geometry::Lids(stage), double_sided: false, deforms, ..shelled };
+                push_in(*span, lids, 0..prisms);
+                push_in(*span, Variant { geometry: Geometry::Borders(stage), ..outlines }, 0..prisms);
+            } else {
+                push_in(*span, Variant { geometry: Geometry::Shell(stage), ..outlines }, 0..prisms);
+            }
+        }
+        if fades {
+            push_in(Some(Span::Far), far, 0..primitive.triangles.len() as u32);
         }
     } else {
         let parallax =
             settings.baseline.is_none() && settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
             self_shadow: h.self_shadow && plain.lights,
+            mesh_tangents: tangents::from_mesh(material, primitive, settings) && !geometry.deforms,
             soft_shadow: h.soft_shadow && plain.lights,
             shadow_steps: h.shadow_steps && plain.lights,
             // Surface data are of the whole field.
@@ -465,6 +508,8 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         horizon: parallax && settings.silhouette == Silhouette::Horizon,
         dither: settings.dither && settings.march.steps(),
         normals: if shell { Normals::Gather } else { settings.normals },
+        mesh_tangents: false,
+        pixel_lod: !shell && settings.pixel_lod && settings.march.reads_lods(),
         depth_offset: parallax && settings.depth_offset,
         lod_fade: false,
         self_shadow: traces && settings.self_shadow != SelfShadow::Off,

@@ -147,6 +147,7 @@ pub fn alpha_mask(scene: &Scene, material: &Material) -> Need {
 pub fn sixteen_bits(map: &HeightMap) -> Need {
     match &map.texels {
         HeightTexels::U8(_) => Need::No("the file has 8".into()),
+        HeightTexels::F16(_) => Need::Yes("half floats are asked for".into()),
         HeightTexels::U16(texels) => Need::when(
             !texels.iter().all(|texel| texel % 257 == 0),
             "its heights are not all among 256 even steps",

@@ -16,7 +16,7 @@ pub(super) enum HeightField {
 #[derive(Clone, Debug)]
 pub(super) struct Texels {
     size: [i64; 2],
-    texels: Vec<u16>,
+    texels: Vec<f32>,
     /// The texel value that means height 1.
     one: f64,
     /// Least and greatest height of the map.
@@ -34,12 +34,13 @@ pub(super) struct Cell {
 
 impl HeightField {
     pub(super) fn new(map: &HeightMap) -> Self {
-        let (texels, one): (Vec<u16>, f64) = match &map.texels {
-            HeightTexels::U8(texels) => (texels.iter().map(|v| u16::from(*v)).collect(), 255.0),
-            HeightTexels::U16(texels) => (texels.clone(), 65535.0),
+        let (texels, one): (Vec<f32>, f64) = match &map.texels {
+            HeightTexels::U8(texels) => (texels.iter().map(|v| f32::from(*v)).collect(), 255.0),
+            HeightTexels::U16(texels) => (texels.iter().map(|v| f32::from(*v)).collect(), 65535.0),
+            HeightTexels::F16(texels) => (texels.iter().map(|v| v.to_f32()).collect(), 1.0),
         };
-        let least = texels.iter().min().map_or(0.0, |v| f64::from(*v) / one);
-        let most = texels.iter().max().map_or(0.0, |v| f64::from(*v) / one);
+        let least = texels.iter().copied().reduce(f32::min).map_or(0.0, |v| f64::from(v) / one);
+        let most = texels.iter().copied().reduce(f32::max).map_or(0.0, |v| f64::from(v) / one);
         let size = [i64::from(map.width), i64::from(map.height)];
         HeightField::Map(Texels { size, texels, one, extent: [least, most] })
     }

@@ -25,6 +25,7 @@ pub(super) fn mesh(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, tri
         positions,
         normals,
         tangents: Vec::new(),
+        own_tangents: false,
         uvs: [uvs, Vec::new()],
         triangles,
         weld: Vec::new(),
