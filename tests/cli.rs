@@ -108,13 +108,6 @@ fn options(help: &str) -> BTreeMap<String, String> {
 }
 
 #[test]
-fn flags_of_later_versions_are_absent() {
-    for flags in ["--self-shadow soft", "--lod-fade 10"] {
-        usage_error(render(flags), &[flag(flags)]);
-    }
-}
-
-#[test]
 fn wrong_words_are_usage_errors() {
     let bare = prism("").run().ends(2);
     assert!(bare.stdout.is_empty() && bare.stderr.contains("Usage: prism"), "{bare}");

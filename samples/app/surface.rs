@@ -44,8 +44,8 @@ pub struct SurfaceArgs {
     #[arg(long, value_parser = words(Beyond::ALL, Beyond::name))]
     pub wrap: Option<Beyond>,
 
-    /// The mip of their height maps that is read: halvings, by the mean, 0 to 15; auto, for --shell off and marches with
-    /// steps, normal and offset: in each pixel that of its footprint, the same all along its ray [default: 0]
+    /// The mip of their height maps that is read: halvings, by the mean, 0 to 15; auto, of base surfaces by a march with
+    /// steps, normal or offset: in each pixel that of its footprint, the same all along its ray [default: 0]
     #[arg(long, value_name = "N|auto", value_parser = height_lod)]
     pub height_lod: Option<HeightLod>,
 
