@@ -131,6 +131,8 @@ impl Panel {
     /// Shows why the shaders on disk are not those in use, or that they are.
     pub fn set_fault(&mut self, fault: Option<String>) {
         self.fault = fault;
+        // The first frame only finds out how tall the text is.
+        self.egui.request_repaint();
     }
 
     /// Tells the user what came of an action.
