@@ -1,4 +1,4 @@
-//! The `prism` command: the list of samples, and the benchmark.
+//! The `prism` command: the list of samples, the benchmark and the report.
 
 mod app;
 mod bench;
@@ -8,12 +8,15 @@ mod integration;
 mod photo;
 mod prism_shell;
 mod procedural;
+#[cfg(feature = "report")]
+mod report;
 mod self_shadow;
 mod shadows;
 mod silhouette;
 mod stability;
 mod techniques;
 mod terrain;
+mod timing;
 mod viewer;
 
 fn main() -> std::process::ExitCode {

@@ -67,6 +67,9 @@ pub enum Command {
     Probe(ProbeArgs),
     /// Our fastest setting against the fastest baseline of the same error, on a torus; a Markdown table
     Bench(BenchArgs),
+    /// Error against run time: every technique, every baseline, one thing varied at a time; a page with plots and pictures
+    #[cfg(feature = "report")]
+    Report(ReportArgs),
 }
 
 /// `prism run SAMPLE`.
@@ -330,6 +333,59 @@ impl BenchArgs {
     /// Timed frames of each variant.
     pub fn rounds(&self) -> u32 {
         self.rounds.unwrap_or(if self.quick { 3 } else { 15 })
+    }
+}
+
+/// `prism report`.
+#[cfg(feature = "report")]
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// The folder that is filled: index.html with all pictures in it, points.csv, plots as SVG; made where it is missing
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub out: PathBuf,
+
+    /// Whose fronts, the first in every way that there is: torus, suzanne, plane, terrain, cliffs, needles, or glTF files
+    /// [default: all six; torus with --quick]
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub scenes: Vec<String>,
+
+    /// Only parts of these names: front, stage, shadow, samples, distance, stiffness, angle, scale, map, triangles,
+    /// resolution, moving, contest [default: all]
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub parts: Vec<String>,
+
+    /// Only techniques whose name begins with one of these, as in "walk exact" [default: all]
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub techniques: Vec<String>,
+
+    /// Few points, small pictures: a look in two minutes instead of twenty [default: off]
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Of the pictures, in pixels [default: 320x180; 160x90 with --quick]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Size>,
+
+    /// Frames of each variant that are timed, all variants of a part taking turns [default: 5; 3 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub rounds: Option<u32>,
+
+    /// Where it is computed.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+#[cfg(feature = "report")]
+impl ReportArgs {
+    /// The pictures' size.
+    pub fn pixels(&self) -> [u32; 2] {
+        let usual = if self.quick { [160, 90] } else { [320, 180] };
+        self.size.map_or(usual, |size| [size.width, size.height])
+    }
+
+    /// Timed frames of each variant.
+    pub fn rounds(&self) -> u32 {
+        self.rounds.unwrap_or(if self.quick { 3 } else { 5 })
     }
 }
 

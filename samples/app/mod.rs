@@ -22,7 +22,7 @@ mod job;
 mod load;
 pub mod offscreen;
 pub mod picture;
-mod png;
+pub mod png;
 mod probe;
 pub mod sample;
 #[cfg(any(test, feature = "window"))]
@@ -84,6 +84,8 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
         Command::Bake(args) => bake::run(&args),
         Command::Probe(args) => probe::run(&args),
         Command::Bench(args) => crate::bench::run(&args),
+        #[cfg(feature = "report")]
+        Command::Report(args) => crate::report::run(&args),
     }
 }
 

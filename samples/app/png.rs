@@ -1,20 +1,26 @@
 //! The picture: an 8-bit sRGB PNG.
 
-use std::path::Path;
+use std::{io::Write, path::Path};
 
 use image::{RgbImage, codecs::png::PngEncoder};
 use prism_engine::error::Result;
 
-use super::{files, picture::Picture};
+use super::{
+    files::{self, WriteResult},
+    picture::Picture,
+};
 
 /// Writes an opaque PNG: a frame's alpha means nothing to a viewer.
 pub fn write(path: &Path, picture: &Picture) -> Result<()> {
+    files::replace(path, "picture", |file| encode(file, picture))
+}
+
+/// The same into anything that is written to.
+pub fn encode(to: impl Write, picture: &Picture) -> WriteResult {
     let Picture { size, pixels } = picture;
     let rgb = pixels.iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    files::replace(path, "picture", |file| {
-        let picture = RgbImage::from_raw(size[0], size[1], rgb).ok_or("fewer pixels than the picture's size")?;
-        Ok(picture.write_with_encoder(PngEncoder::new(file))?)
-    })
+    let picture = RgbImage::from_raw(size[0], size[1], rgb).ok_or("fewer pixels than the picture's size")?;
+    Ok(picture.write_with_encoder(PngEncoder::new(to))?)
 }
 
 #[cfg(test)]

@@ -7,19 +7,20 @@ use prism_engine::{
     error::Result,
     measure::Metrics,
     render::baseline::MAX_DENSITY,
-    scene::{Camera, Scene},
+    scene::Scene,
     settings::{Baseline, Culling, Dicer, Settings},
     shell::reference::{Reference, Shadows},
 };
 
 use super::{
-    device::Device,
-    rounds::Rounds,
+    scenes,
     variants::{self, Variant},
 };
+use crate::timing::{Device, Rounds, View};
 
-/// Where the search for a density begins.
+/// Where the search for a density begins, and the triangles that it may have there: a finer base mesh begins lower.
 const FIRST_DENSITY: u32 = 8;
+const FIRST_TRIANGLES: usize = 200_000;
 /// Edges of diced triangles at first, pixels, and the shortest that are tried.
 const FIRST_EDGE: f32 = 4.0;
 /// See [`FIRST_EDGE`].
@@ -41,21 +42,27 @@ pub struct Judged {
 /// Measures settings on one view.
 pub struct Judge<'a> {
     scene: &'a Scene,
-    camera: Camera,
+    view: View,
     truth: Aov,
     densities: BTreeMap<u32, Metrics>,
 }
 
 impl<'a> Judge<'a> {
     /// Traces the truth.
-    pub fn new(scene: &'a Scene, camera: Camera, [width, height]: [u32; 2]) -> Self {
-        let truth = Reference::new(scene).render(&camera, width, height, Shadows::Skip);
-        Judge { scene, camera, truth, densities: BTreeMap::new() }
+    pub fn new(scene: &'a Scene, view: View) -> Self {
+        let [width, height] = view.size;
+        let truth = Reference::new(scene).render(&view.camera, width, height, Shadows::Skip);
+        Self::knowing(scene, view, truth)
+    }
+
+    /// The same with the truth as it was traced before.
+    pub fn knowing(scene: &'a Scene, view: View, truth: Aov) -> Self {
+        Judge { scene, view, truth, densities: BTreeMap::new() }
     }
 
     fn metrics(&self, device: &mut Device, settings: &Settings) -> Result<Metrics> {
-        let aov = device.surface(self.scene, settings, &self.camera)?;
-        Ok(Metrics::between(&aov, &self.truth, &self.camera))
+        let aov = device.surface(self.scene, settings, &self.view)?;
+        Ok(Metrics::between(&aov, &self.truth, &self.view.camera))
     }
 
     fn of_density(&mut self, device: &mut Device, density: u32) -> Result<Metrics> {
@@ -73,7 +80,8 @@ impl<'a> Judge<'a> {
 
     /// The coarsest micro-mesh whose depth error is within `error`; none where even the finest is not.
     pub fn density(&mut self, device: &mut Device, error: f64) -> Result<Option<(u32, Metrics)>> {
-        let (mut fails, mut meets) = (0, FIRST_DENSITY);
+        let few = (FIRST_TRIANGLES / scenes::triangles(self.scene).max(1)).isqrt() as u32;
+        let (mut fails, mut meets) = (0, few.clamp(1, FIRST_DENSITY));
         while self.of_density(device, meets)?.depth_p99 > error {
             if meets == MAX_DENSITY {
                 return Ok(None);
@@ -94,8 +102,8 @@ impl<'a> Judge<'a> {
         let mut renderer = device.measuring(self.scene, &variants::diced(by, FIRST_EDGE).settings)?;
         let mut of = |edge: f32| -> Result<Judged> {
             let variant = variants::diced(by, edge);
-            let aov = device.surface_with(&mut renderer, &variant.settings, &self.camera)?;
-            Ok(Judged { variant, metrics: Metrics::between(&aov, &self.truth, &self.camera) })
+            let aov = device.surface_with(&mut renderer, &variant.settings, &self.view)?;
+            Ok(Judged { variant, metrics: Metrics::between(&aov, &self.truth, &self.view.camera) })
         };
         errors.iter().map(|error| longest_edge(&mut of, *error)).collect()
     }
@@ -126,15 +134,14 @@ impl<'a> Judge<'a> {
         let widest = errors.iter().copied().fold(0.0, f64::max);
         let within = |judged: &&Judged, error: f64| judged.metrics.depth_p99 <= error;
         let able: Vec<&Judged> = settings.iter().filter(|judged| within(judged, widest)).collect();
-        let mut heats = Rounds::new(self.camera);
+        let mut heats = Rounds::default();
         for judged in &able {
-            heats.add(device, &judged.variant.name, self.scene, &judged.variant.settings)?;
+            heats.add(device, &judged.variant.name, self.scene, &judged.variant.settings, &self.view)?;
         }
         heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
         let fastest = |error: &f64| {
             let able = able.iter().enumerate().filter(|(_, judged)| within(judged, *error));
-            // The least: what else runs on the machine makes a frame slower, never faster.
-            let time = |i: usize| heats.least(i);
+            let time = |i: usize| heats.timing(i).least();
             able.min_by(|a, b| time(a.0).total_cmp(&time(b.0))).map(|(_, judged)| (*judged).clone())
         };
         Ok(errors.iter().map(fastest).collect())

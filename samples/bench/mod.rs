@@ -1,14 +1,10 @@
 //! `prism bench`: our fastest setting against the fastest baseline of the same error, a pre-tessellated mesh or triangles
 //! diced for each frame. README.md says how to read the table.
 
-mod contest;
-mod device;
-mod rounds;
-mod scenes;
+pub mod contest;
+pub mod scenes;
 mod table;
-mod variants;
-
-use std::collections::HashMap;
+pub mod variants;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use prism_engine::{
@@ -19,12 +15,13 @@ use prism_engine::{
 
 use self::{
     contest::{Judge, Judged},
-    device::Device,
-    rounds::{Rounds, Spread},
     table::{Row, Target},
     variants::Variant,
 };
-use crate::app::{assets, cli::BenchArgs, console, files};
+use crate::{
+    app::{assets, cli::BenchArgs, console, files},
+    timing::{CULLS_BY, Device, Rounds, Spread, View},
+};
 
 /// The contest's scene: 2,304 triangles under a map of 512² texels.
 const SCENE: &str = "torus.gltf";
@@ -32,9 +29,6 @@ const SCENE: &str = "torus.gltf";
 const FINE_SIDE: u32 = 4096;
 /// The same with `--quick`, where nobody reads the figure.
 const QUICK_SIDE: u32 = 1024;
-
-/// A baseline's memory on the CPU, as the table names it.
-const CULLS_BY: &str = "on the CPU, to cull by";
 
 /// One error's contestants.
 struct Pair {
@@ -50,7 +44,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     if let Some(path) = &args.csv {
         files::check_target(path, "table")?;
     }
-    let mut device = Device::new(args)?;
+    let mut device = Device::new("prism bench", &args.device, false)?;
     let log = device.ctx.validation_log();
     let [width, height] = args.pixels();
     let aspect = f64::from(width) / f64::from(height);
@@ -59,7 +53,8 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let progress = Progress::new();
 
     progress.tell("tracing the truth");
-    let mut judge = Judge::new(&scene, camera, args.pixels());
+    let view = View { camera, size: args.pixels() };
+    let mut judge = Judge::new(&scene, view);
     progress.tell("measuring our settings");
     let tightest = args.errors.iter().copied().fold(f64::INFINITY, f64::min);
     let ours = judge.ours(&mut device, tightest)?;
@@ -79,7 +74,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     }
 
     progress.tell("building what is timed");
-    let mut bench = Bench { device, rounds: Rounds::new(camera), rows: Vec::new(), later: Vec::new() };
+    let mut bench = Bench { device, view, rounds: Rounds::default(), rows: Vec::new(), later: Vec::new() };
     bench.memory(&scene, &pairs)?;
     for pair in &pairs {
         bench.contest(&scene, pair)?;
@@ -109,6 +104,7 @@ enum Measured {
 
 struct Bench {
     device: Device,
+    view: View,
     rounds: Rounds,
     rows: Vec<Row>,
     /// Rows whose value is to be measured, by place.
@@ -125,7 +121,8 @@ impl Bench {
 
     /// Lets a variant take part, once whatever the number of its rows. `what` tells the scenes apart.
     fn place(&mut self, what: &str, scene: &Scene, variant: &Variant) -> Result<usize> {
-        self.rounds.add(&self.device, &format!("{what}, {}", variant.name), scene, &variant.settings)
+        let name = format!("{what}, {}", variant.name);
+        self.rounds.add(&mut self.device, &name, scene, &variant.settings, &self.view)
     }
 
     /// A row for the time of the variant at a place.
@@ -209,7 +206,7 @@ impl Bench {
         let tightest = pairs.iter().min_by(|a, b| a.error.total_cmp(&b.error)).and_then(|pair| pair.ours.as_ref());
         let colors: Vec<&str> = scene.images.iter().map(|image| image.name.as_str()).collect();
         let shell = tightest.map(|ours| {
-            let bytes = self.footprint(scene, &ours.variant, |name| !colors.contains(&name))?;
+            let bytes = self.device.footprint(scene, &ours.variant.settings, |name| !colors.contains(&name))?;
             self.push(memory_row("memory of the shell", &ours.variant.name, &bytes), None);
             Ok::<_, prism_engine::error::Error>(total(&bytes))
         });
@@ -217,7 +214,8 @@ impl Bench {
         for pair in pairs {
             let Some((density, _)) = pair.micro_mesh else { continue };
             let Some(variant) = variants::micro_meshes(density).into_iter().next() else { continue };
-            let bytes = self.footprint(scene, &variant, |name| name.contains("micro-") || name == CULLS_BY)?;
+            let counts = |name: &str| name.contains("micro-") || name == CULLS_BY;
+            let bytes = self.device.footprint(scene, &variant.settings, counts)?;
             self.push(
                 memory_row(&format!("memory of the micro-mesh, {} footprints", pair.error), &variant.name, &bytes),
                 None,
@@ -230,25 +228,10 @@ impl Bench {
         }
         // That of the base mesh and the map is the same at every edge length.
         for diced in pairs.first().map_or(&[][..], |pair| &pair.diced) {
-            let bytes = self.footprint(scene, &diced.variant, |name| !colors.contains(&name))?;
+            let bytes = self.device.footprint(scene, &diced.variant.settings, |name| !colors.contains(&name))?;
             self.push(memory_row("memory of diced triangles", &diced.variant.name, &bytes), None);
         }
         Ok(())
-    }
-
-    /// MiB by name of what a variant has on the device, and of what it culls by.
-    fn footprint(&self, scene: &Scene, variant: &Variant, counts: impl Fn(&str) -> bool) -> Result<Vec<(String, f64)>> {
-        let before = self.device.memory();
-        let renderer = self.device.renderer(scene, &variant.settings)?;
-        let mut after: HashMap<String, u64> = self.device.memory();
-        after.insert(CULLS_BY.to_owned(), renderer.baseline_host_bytes());
-        let mut bytes: Vec<_> = after
-            .into_iter()
-            .map(|(name, bytes)| (before.get(&name).map_or(bytes, |old| bytes.saturating_sub(*old)), name))
-            .filter(|(bytes, name)| *bytes > 0 && counts(name))
-            .collect();
-        bytes.sort_by(|a, b| b.cmp(a));
-        Ok(bytes.into_iter().map(|(bytes, name)| (name, bytes as f64 / f64::from(1 << 20))).collect())
     }
 
     /// Times everything and fills the rows.
@@ -256,12 +239,12 @@ impl Bench {
         self.rounds.run(&mut self.device, rounds, |done| progress.done(u64::from(done)))?;
         let timed = &self.rounds;
         let fastest = |places: &[usize]| {
-            let median = |place: usize| timed.spread(place).map_or(f64::INFINITY, |spread| spread.median);
+            let median = |place: usize| timed.timing(place).spread().map_or(f64::INFINITY, |spread| spread.median);
             places.iter().copied().min_by(|a, b| median(*a).total_cmp(&median(*b)))
         };
         for (row, measured) in &self.later {
             self.rows[*row].value = match measured {
-                Measured::Time(place) => timed.spread(*place),
+                Measured::Time(place) => timed.timing(*place).spread(),
                 Measured::Over(a, others) => fastest(others).and_then(|b| timed.ratio(*a, b)),
                 Measured::Under(others, b) => fastest(others).and_then(|a| timed.ratio(a, *b)),
             };

@@ -4,8 +4,7 @@ use std::{fmt::Write as _, path::Path};
 
 use prism_engine::{error::Result, measure::Metrics};
 
-use super::rounds::Spread;
-use crate::app::files;
+use crate::{app::files, timing::Spread};
 
 /// What a value must be.
 #[derive(Clone, Copy, Debug)]

@@ -123,6 +123,11 @@ pub struct Output {
     pub aov: bool,
 }
 
+/// Pipelines that renderers of one context and colour format have in common: what one of them has made, the next one
+/// finds compiled.
+#[derive(Clone, Default)]
+pub struct Pipelines(HashMap<Variant, Arc<Pipeline>>);
+
 /// Whether a draw is part of a shell.
 fn is_shell(draw: &Draw) -> bool {
     draw.variant.geometry.stage().is_some()
@@ -139,7 +144,7 @@ pub struct Renderer {
     plan: Plan,
     images: Images,
     primitives: Vec<Primitive>,
-    pipelines: HashMap<Variant, Pipeline>,
+    pipelines: HashMap<Variant, Arc<Pipeline>>,
     /// Of the meshes that change shape.
     deformers: Vec<Deformer>,
     /// Set 1 of each draw.
@@ -211,6 +216,18 @@ impl Renderer {
         settings: &Settings,
         output: Output,
     ) -> Result<Renderer> {
+        Self::sharing(ctx, compiler, scene, settings, output, &mut Pipelines::default())
+    }
+
+    /// [`Renderer::new`], with what it needs of `pipelines`; those that it makes are added to them.
+    pub fn sharing(
+        ctx: &Context,
+        compiler: &ShaderCompiler,
+        scene: &Scene,
+        settings: &Settings,
+        output: Output,
+        pipelines: &mut Pipelines,
+    ) -> Result<Renderer> {
         let mut renderer = Renderer {
             ctx: ctx.clone(),
             scene: scene.clone(),
@@ -222,7 +239,7 @@ impl Renderer {
             images: Images::default(),
             primitives: Vec::new(),
             deformers: Vec::new(),
-            pipelines: HashMap::new(),
+            pipelines: pipelines.0.clone(),
             sets: Vec::new(),
             depth_sets: Vec::new(),
             aov_sets: Vec::new(),
@@ -232,6 +249,7 @@ impl Renderer {
             targets: None,
         };
         renderer.set_settings(compiler, settings)?;
+        pipelines.0.clone_from(&renderer.pipelines);
         Ok(renderer)
     }
 
@@ -260,7 +278,7 @@ impl Renderer {
             }
             for variant in draw.depth.iter().chain([&draw.variant]) {
                 if !self.pipelines.contains_key(variant) {
-                    let pipeline = self.pipeline(compiler, variant)?;
+                    let pipeline = Arc::new(self.pipeline(compiler, variant)?);
                     self.pipelines.insert(*variant, pipeline);
                 }
             }
@@ -577,7 +595,7 @@ impl Renderer {
 
     /// The pipelines that a frame binds, by name.
     pub fn pipelines(&self) -> Vec<(String, &Pipeline)> {
-        explain::variants(&self.plan).iter().map(|v| (v.name(), &self.pipelines[v])).collect()
+        explain::variants(&self.plan).iter().map(|v| (v.name(), &*self.pipelines[v])).collect()
     }
 
     /// Mesh or geometry: what the settings ask for, or what the device has.

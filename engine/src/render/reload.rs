@@ -65,10 +65,10 @@ impl Renderer {
     /// Where they do not fit what the frame gives them; the old ones then stay.
     pub fn adopt(&mut self, compiler: &ShaderCompiler, rebuilt: Rebuilt) -> Result<()> {
         let used = explain::variants(&self.plan);
-        let mut kept: HashMap<Variant, Pipeline> = std::mem::take(&mut self.pipelines);
-        let mut old: Vec<(Variant, Pipeline)> = Vec::new();
+        let mut kept: HashMap<Variant, Arc<Pipeline>> = std::mem::take(&mut self.pipelines);
+        let mut old: Vec<(Variant, Arc<Pipeline>)> = Vec::new();
         for (variant, pipeline) in rebuilt.0 {
-            old.extend(kept.insert(variant, pipeline).map(|pipeline| (variant, pipeline)));
+            old.extend(kept.insert(variant, Arc::new(pipeline)).map(|pipeline| (variant, pipeline)));
         }
         kept.retain(|variant, _| used.contains(variant));
         self.pipelines = kept;

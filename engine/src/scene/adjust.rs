@@ -223,8 +223,17 @@ fn kept_as(map: &HeightMap, format: HeightFormat) -> HeightTexels {
         HeightFormat::Auto => map.texels.clone(),
         HeightFormat::R8 => HeightTexels::U8(heights.map(|h| (h * f64::from(u8::MAX)).round() as u8).collect()),
         HeightFormat::R16 => HeightTexels::U16(heights.map(|h| (h * f64::from(u16::MAX)).round() as u16).collect()),
-        HeightFormat::R16F => HeightTexels::F16(heights.map(f16::from_f64).collect()),
+        HeightFormat::R16F => HeightTexels::F16(heights.map(nearest_half).collect()),
     }
+}
+
+/// The half float nearest to a height. The library's own conversion cuts an f64 to 20 bits before it rounds, so that next
+/// to the middle between two it may take the farther one.
+fn nearest_half(height: f64) -> f16 {
+    let about = f16::from_f64(height).to_bits();
+    let off = |half: &f16| (half.to_f64() - height).abs();
+    let near = [about, about.saturating_sub(1), about + 1].map(f16::from_bits);
+    near.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("there are three")
 }
 
 /// The map at mip `lod`, of half the size so many times: each texel the mean over its area, at 16 bits.

@@ -1,0 +1,278 @@
+//! Measures a part: every variant's errors once, then the times of all of them in turns.
+
+use std::collections::HashMap;
+
+use prism_engine::{
+    aov::Aov,
+    error::Result,
+    measure::{
+        Metrics,
+        flicker::{Flicker, Moment},
+    },
+    scene::Scene,
+    settings::{Culling, SelfShadow, Settings, Shell},
+    shell::reference::{Reference, Shadows},
+};
+
+use super::{
+    flip,
+    parts::{Part, Stand},
+    scenes,
+    variants::{self, Variant},
+};
+use crate::{
+    app::{clay, heat, picture::Picture},
+    bench::contest::Judge,
+    timing::{Device, Drawn, Rounds, Timing, View},
+};
+
+/// A variant under one condition, measured.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// [`Part::id`].
+    pub part: &'static str,
+    /// [`Stand::scene`].
+    pub scene: String,
+    /// [`Stand::condition`].
+    pub condition: String,
+    /// [`Stand::x`].
+    pub x: Option<f64>,
+    /// Of the picture, in pixels.
+    pub size: [u32; 2],
+    /// The way to draw.
+    pub variant: Variant,
+    /// Against the reference.
+    pub metrics: Metrics,
+    /// Mean FLIP of the picture against the one that stands for the truth.
+    pub flip: f64,
+    /// [`Flicker::depth_p99`], where the camera moves.
+    pub flicker: Option<f64>,
+    /// Its times.
+    pub timing: Timing,
+    /// MiB of what it keeps on the device beside the colour textures.
+    pub memory: f64,
+}
+
+impl Point {
+    /// Depth error and median time: its place in the plot.
+    pub fn place(&self) -> [f64; 2] {
+        [self.timing.spread().map_or(f64::NAN, |spread| spread.median), self.metrics.depth_p99]
+    }
+}
+
+/// Pictures of one way to draw, or of the truth.
+#[derive(Clone)]
+pub struct Shown {
+    /// What it is.
+    pub name: String,
+    /// One line of figures.
+    pub figures: String,
+    /// The frame, and maps of its errors; each with a word.
+    pub pictures: Vec<(&'static str, Picture)>,
+}
+
+/// All of a part.
+pub struct Measured {
+    /// A point a variant and stand, in their order.
+    pub points: Vec<Point>,
+    /// Pictures to show.
+    pub shown: Vec<Shown>,
+}
+
+/// A stand's scene as it should be drawn.
+struct Truth {
+    scene: Scene,
+    view: View,
+    surface: Aov,
+    /// By shadow and number of samples.
+    pictures: HashMap<(SelfShadow, u32), Picture>,
+}
+
+impl Truth {
+    fn new(stand: &Stand, turned: Option<f64>) -> Result<Truth> {
+        let [width, height] = stand.size;
+        let aspect = f64::from(width) / f64::from(height);
+        let file = scenes::load(&stand.scene, aspect)?;
+        let place = turned.map_or(stand.place, scenes::Place::Turned);
+        let camera = place.camera(&file, aspect)?;
+        let scene = stand.change.make(&file)?;
+        let shadows = if stand.shadows { Shadows::TraceOwn } else { Shadows::Skip };
+        let surface = Reference::new(&scene).render(&camera, width, height, shadows);
+        Ok(Truth { scene, view: View { camera, size: stand.size }, surface, pictures: HashMap::new() })
+    }
+
+    /// The picture that stands for the truth: of the walk with the exact march, whose own error stands in the table. Of
+    /// several samples a pixel, 4×4 of them.
+    fn picture(&mut self, device: &mut Device, settings: &Settings) -> Result<&Picture> {
+        let key = (settings.self_shadow, settings.msaa);
+        if !self.pictures.contains_key(&key) {
+            let exact = Settings { shell: Shell::Walk, self_shadow: settings.self_shadow, ..Settings::default() };
+            let picture = if settings.msaa > 1 {
+                let fine = View { size: self.view.size.map(|side| side * FINE), ..self.view };
+                averaged(&device.shot(&self.scene, &exact, &fine)?.picture)
+            } else {
+                device.shot(&self.scene, &exact, &self.view)?.picture
+            };
+            self.pictures.insert(key, picture);
+        }
+        Ok(&self.pictures[&key])
+    }
+}
+
+/// Samples a side of a pixel, for the truth of several samples.
+const FINE: u32 = 4;
+
+/// The means of blocks of pixels, of light rather than of its sRGB code.
+fn averaged(fine: &Picture) -> Picture {
+    let [width, height] = fine.size.map(|side| side / FINE);
+    let light = |code: u8| (f64::from(code) / 255.0).powf(2.2);
+    Picture::of([width, height], |i| {
+        let (x, y) = (i as u32 % width * FINE, i as u32 / width * FINE);
+        std::array::from_fn(|k| {
+            let row = |dy: u32| {
+                let at = |dx: u32| ((y + dy) * fine.size[0] + x + dx) as usize;
+                (0..FINE).map(|dx| light(fine.pixels[at(dx)][k])).sum::<f64>()
+            };
+            let mean = (0..FINE).map(row).sum::<f64>() / f64::from(FINE * FINE);
+            (255.0 * mean.powf(1.0 / 2.2)).round() as u8
+        })
+    })
+}
+
+/// Measures a part. `tick` is called after every frame.
+pub fn part(part: &Part, device: &mut Device, rounds: u32, tick: &dyn Fn()) -> Result<Measured> {
+    let mut measured = Measured { points: Vec::new(), shown: Vec::new() };
+    let mut turns = Rounds::default();
+    for stand in &part.stands {
+        let mut truth = Truth::new(stand, None)?;
+        let mut before = stand.moves.map(|degrees| Truth::new(stand, Some(-degrees))).transpose()?;
+        if stand.variants.iter().any(|variant| variant.shown) {
+            measured.shown.push(reference(stand, &truth));
+        }
+        for variant in variants_of(stand, &truth, device)? {
+            let drawn = device.shot(&truth.scene, &variant.settings, &truth.view)?;
+            let metrics = Metrics::between(&drawn.surface, &truth.surface, &truth.view.camera);
+            let settings = compared(part, &variant.settings);
+            let seen = flip::between(&drawn.picture, truth.picture(device, &settings)?);
+            let flicker = match &mut before {
+                Some(before) => Some(flicker(device, &variant, [&*before, &truth], &drawn)?),
+                None => None,
+            };
+            tick();
+            if variant.shown {
+                measured.shown.push(shown(&variant, &truth, &drawn, &metrics, &seen));
+            }
+            let (name, colours) = (format!("{}, {}", stand.condition, variant.name()), colours(&truth.scene));
+            let memory = device.memory();
+            let place = turns.add(device, &name, &truth.scene, &variant.settings, &truth.view)?;
+            let memory = held(&memory, &device.memory(), turns.host_bytes(place), &colours);
+            measured.points.push(Point {
+                part: part.id,
+                scene: stand.scene.clone(),
+                condition: stand.condition.clone(),
+                x: stand.x,
+                size: stand.size,
+                variant,
+                metrics,
+                flip: seen.mean,
+                flicker,
+                timing: Timing::default(),
+                memory,
+            });
+        }
+    }
+    turns.run(device, rounds, |_| tick())?;
+    for (place, point) in measured.points.iter_mut().enumerate() {
+        point.timing = turns.timing(place).clone();
+    }
+    Ok(measured)
+}
+
+/// The settings whose exact picture a variant's is compared with. Where the number of samples varies, the smooth one is
+/// right for all.
+fn compared(part: &Part, settings: &Settings) -> Settings {
+    if part.id == "samples" { Settings { msaa: 4, ..settings.clone() } } else { settings.clone() }
+}
+
+/// A stand's variants, with the matched micro-mesh if there is one.
+fn variants_of(stand: &Stand, truth: &Truth, device: &mut Device) -> Result<Vec<Variant>> {
+    let mut all = stand.variants.clone();
+    if let Some(error) = stand.matched {
+        let mut judge = Judge::knowing(&truth.scene, truth.view, truth.surface.clone());
+        if let Some((density, _)) = judge.density(device, error)? {
+            let mut matched = variants::micro_mesh(density, Culling::Triangles);
+            matched.technique = variants::MATCHED.into();
+            all.push(matched);
+        }
+    }
+    Ok(all)
+}
+
+fn flicker(device: &mut Device, variant: &Variant, [first, second]: [&Truth; 2], drawn: &Drawn) -> Result<f64> {
+    let earlier = device.surface(&first.scene, &variant.settings, &first.view)?;
+    Ok(Flicker::between(
+        &Moment { test: &earlier, reference: &first.surface, camera: &first.view.camera },
+        &Moment { test: &drawn.surface, reference: &second.surface, camera: &second.view.camera },
+    )
+    .depth_p99)
+}
+
+/// Names of the colour textures, which every way to draw has.
+pub fn colours(scene: &Scene) -> Vec<String> {
+    scene.images.iter().map(|image| image.name.clone()).collect()
+}
+
+/// MiB that came to be between two reports, and on the CPU.
+pub fn held(before: &HashMap<String, u64>, after: &HashMap<String, u64>, host: u64, colours: &[String]) -> f64 {
+    let grown = |(name, bytes): (&String, &u64)| bytes.saturating_sub(before.get(name).copied().unwrap_or(0));
+    let counted = after.iter().filter(|(name, _)| !colours.contains(name));
+    (counted.map(grown).sum::<u64>() + host) as f64 / f64::from(1 << 20)
+}
+
+/// The reference in clay.
+fn reference(stand: &Stand, truth: &Truth) -> Shown {
+    let [width, height] = stand.size;
+    Shown {
+        name: "reference (f64)".into(),
+        figures: format!("{}, {width}×{height} pixels", stand.condition),
+        pictures: vec![("surface", clay::of(&truth.surface, &truth.view.camera))],
+    }
+}
+
+fn shown(variant: &Variant, truth: &Truth, drawn: &Drawn, m: &Metrics, seen: &flip::Difference) -> Shown {
+    Shown {
+        name: variant.name(),
+        figures: format!(
+            "depth p99 {:.1e} footprints, outline {:.2} %, FLIP {:.4}",
+            m.depth_p99,
+            100.0 * m.coverage_differs,
+            seen.mean
+        ),
+        pictures: vec![
+            ("frame", drawn.picture.clone()),
+            ("depth error", heat::map(&drawn.surface, &truth.surface, &truth.view.camera)),
+            ("FLIP", seen.map.clone()),
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_is_averaged_not_its_code() {
+        let half = Picture::of([4, 4], |i| if i < 8 { [255; 3] } else { [0; 3] });
+        let mean = averaged(&half);
+        assert_eq!(mean.size, [1, 1]);
+        assert!((i32::from(mean.pixels[0][0]) - 186).abs() <= 1, "{:?}", mean.pixels[0]);
+    }
+
+    #[test]
+    fn memory_is_what_came_and_is_no_colour() {
+        let mib = |pairs: &[(&str, u64)]| pairs.iter().map(|(name, n)| ((*name).to_owned(), n << 20)).collect();
+        let before: HashMap<String, u64> = mib(&[("prisms", 1), ("albedo", 1)]);
+        let after = mib(&[("prisms", 3), ("albedo", 5), ("heights", 4)]);
+        assert_eq!(held(&before, &after, 1 << 20, &["albedo".to_owned()]), 7.0);
+    }
+}

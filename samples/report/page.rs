@@ -1,0 +1,387 @@
+//! The page: one HTML file that needs nothing else.
+
+use std::{fmt::Write as _, time::SystemTime};
+
+use base64::{Engine as _, engine::general_purpose::STANDARD};
+use prism_engine::error::{Error, Result};
+
+use super::{
+    contest::Aim,
+    fit,
+    measure::{Measured, Point, Shown},
+    parts::{self, Part},
+    plot,
+    table::{FOR_PEOPLE, short},
+    variants::{self, Family},
+};
+use crate::{
+    app::{cli::ReportArgs, picture::Picture, png},
+    timing::Device,
+};
+
+/// What was measured on, when and how.
+pub struct About {
+    device: String,
+    on_cpu: bool,
+    size: [u32; 2],
+    rounds: u32,
+    quick: bool,
+    started: String,
+    seconds: u64,
+}
+
+impl About {
+    /// Of a run that ends now.
+    pub fn new(device: &Device, args: &ReportArgs, started: SystemTime) -> About {
+        About {
+            device: format!("{}, {}", device.ctx.device_name(), device.ctx.driver().trim()),
+            on_cpu: device.ctx.is_cpu(),
+            size: args.pixels(),
+            rounds: args.rounds(),
+            quick: args.quick,
+            started: humantime::format_rfc3339_seconds(started).to_string(),
+            seconds: started.elapsed().map_or(0, |elapsed| elapsed.as_secs()),
+        }
+    }
+
+    fn line(&self) -> String {
+        let [width, height] = self.size;
+        format!(
+            "{}; {width}×{height} pixels; {} rounds{}; begun {}, {} s",
+            self.device,
+            self.rounds,
+            if self.quick { "; --quick: a look, no figure worth quoting" } else { "" },
+            self.started,
+            self.seconds
+        )
+    }
+}
+
+/// A part as it is shown.
+pub struct Section {
+    title: String,
+    text: &'static str,
+    /// File name without ending, and SVG.
+    pub plots: Vec<(String, String)>,
+    /// Sentences under the plots.
+    findings: Vec<String>,
+    points: Vec<Point>,
+    /// The stand of the points is told in a column.
+    varies: Option<&'static str>,
+    shown: Vec<Embedded>,
+}
+
+/// Pictures with their words.
+struct Embedded {
+    name: String,
+    figures: String,
+    /// What it is, and the picture as a data address.
+    pictures: Vec<(&'static str, String)>,
+}
+
+impl Section {
+    /// Draws a part's plots.
+    pub fn of(part: &Part, measured: &Measured) -> Result<Section> {
+        let points: Vec<&Point> = measured.points.iter().collect();
+        let mut plots = Vec::new();
+        let mut findings = Vec::new();
+        if let Some(varies) = part.varies {
+            let ms = |point: &Point| point.place()[0];
+            plots.push((
+                format!("{}-time", part.id),
+                plot::sweep(&points, varies, "GPU time of a frame (ms)", ms, true)?,
+            ));
+            let error = |point: &Point| point.metrics.depth_p99.max(plot::LEAST_ERROR);
+            let label = "depth error, 99th percentile (footprints)";
+            plots.push((format!("{}-error", part.id), plot::sweep(&points, varies, label, error, false)?));
+            findings = slopes(&points, varies);
+        } else {
+            let file =
+                if part.id == "front" { format!("front-{}", word(&part.stands[0].scene)) } else { part.id.to_owned() };
+            let flip = format!("{file}-flip");
+            plots.push((file, plot::front(&points, plot::Judged::Depth)?));
+            plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
+        }
+        let shown = measured.shown.iter().map(embedded).collect::<Result<_>>()?;
+        let points = measured.points.clone();
+        Ok(Section { title: part.title.clone(), text: part.text, plots, findings, points, varies: part.varies, shown })
+    }
+}
+
+/// A scene's name without what a file name cannot have.
+fn word(scene: &str) -> String {
+    let stem = std::path::Path::new(scene).file_stem().map_or(scene.into(), |stem| stem.to_string_lossy());
+    stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
+}
+
+/// One sentence a technique on how its time grows, and where two of them cross.
+fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
+    let mut names: Vec<&str> = Vec::new();
+    for point in points {
+        let name = point.variant.technique.as_str();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let curve = |name: &str, y: fn(&Point) -> f64| -> Vec<[f64; 2]> {
+        let own = points.iter().filter(|point| point.variant.technique == name);
+        own.filter_map(|point| Some([point.x?, y(point)])).collect()
+    };
+    let ms = |point: &Point| point.place()[0];
+    let grown = |name: &&str| {
+        let (time, error) = (fit::slope(&curve(name, ms))?, fit::slope(&curve(name, |p| p.metrics.depth_p99)));
+        let error = error.map_or(String::new(), |k| format!(", the error with {k:.2}"));
+        Some(format!("{name}: time grows with the power {time:.2} of {varies}{error}."))
+    };
+    let mut found: Vec<String> = names.iter().filter_map(grown).collect();
+    found.extend(at_equal_error(points, varies));
+    found
+}
+
+/// Where a micro-mesh was matched: who is faster within its error, and where that changes.
+fn at_equal_error(points: &[&Point], varies: &str) -> Vec<String> {
+    let matched = |point: &&&Point| point.variant.technique.starts_with(variants::MATCHED);
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut sentences = Vec::new();
+    for baseline in points.iter().filter(matched) {
+        let (Some(x), [ms, _]) = (baseline.x, baseline.place()) else { continue };
+        let able = points.iter().filter(|point| point.x == Some(x) && point.variant.family == Family::Walk);
+        let able = able.filter(|point| point.metrics.depth_p99 <= parts::MATCHED);
+        let Some(best) = able.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0])) else { continue };
+        let [best_ms, _] = best.place();
+        let (name, other) = (best.variant.name(), baseline.variant.name());
+        let (more, winner) = if best_ms < ms { (ms / best_ms, name) } else { (best_ms / ms, other) };
+        sentences.push(format!(
+            "Within {} footprints at {varies} {}: {winner} is {} times faster.",
+            parts::MATCHED,
+            baseline.condition,
+            short(more)
+        ));
+        ours.push([x, best_ms]);
+        theirs.push([x, ms]);
+    }
+    if let Some(x) = fit::crossing(&ours, &theirs) {
+        sentences.push(format!("Crossover, within that error: at {varies} {}.", short(x)));
+    }
+    sentences
+}
+
+fn embedded(shown: &Shown) -> Result<Embedded> {
+    let address = |(what, picture): &(&'static str, Picture)| {
+        let mut bytes = Vec::new();
+        png::encode(&mut bytes, picture)
+            .map_err(|e| Error::input("page", "picture", format!("cannot be encoded: {e}"), "report this as a bug"))?;
+        Ok((*what, format!("data:image/png;base64,{}", STANDARD.encode(bytes))))
+    };
+    let pictures = shown.pictures.iter().map(address).collect::<Result<_>>()?;
+    Ok(Embedded { name: shown.name.clone(), figures: shown.figures.clone(), pictures })
+}
+
+/// Text that stands in HTML as it is.
+fn plain(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+const STYLE: &str = "\
+body{font:15px/1.5 system-ui,sans-serif;color:#20242a;background:#fff;max-width:1560px;margin:0 auto;padding:24px}\
+h1{font-size:28px}h2{font-size:21px;margin:44px 0 4px;border-top:1px solid #e2e5e9;padding-top:20px}\
+p{max-width:860px}.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(560px,1fr));gap:8px}\
+svg{width:100%;height:auto;display:block}\
+.scroll{overflow-x:auto}table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}\
+th,td{padding:3px 10px;text-align:left;border-bottom:1px solid #eef0f2;white-space:nowrap}\
+th{border-bottom:2px solid #c9ced4;position:sticky;top:0;background:#fff}\
+td.wide{white-space:normal;min-width:240px}\
+.MISSED{color:#b3261e;font-weight:700}.met{color:#1b7f3b}\
+.pictures{display:flex;flex-wrap:wrap;gap:18px}.pictures figure{margin:0}\
+.pictures img{width:320px;image-rendering:pixelated;display:block}\
+.row{display:flex;gap:4px;flex-wrap:wrap}figcaption{font-size:13px;color:#4a5058;max-width:650px}\
+summary{cursor:pointer;margin:8px 0}nav a{margin-right:14px}nav{line-height:2}";
+
+/// The page.
+pub fn html(about: &About, sections: &[Section], aims: &[Aim]) -> String {
+    let mut page = String::new();
+    let mut put = |text: String| {
+        page += &text;
+        page.push('\n');
+    };
+    put(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Prism Shell: error against run time</title>\
+         <style>{STYLE}</style></head><body>"
+    ));
+    put("<h1>Prism Shell: error against run time</h1>".into());
+    put(format!("<p>{}</p>", plain(&about.line())));
+    put(format!("<p>{}</p>", plain(METHOD)));
+    if about.on_cpu {
+        put(format!("<p><b>This device is a CPU.</b> {}</p>", plain(ON_CPU)));
+    }
+    let links =
+        sections.iter().enumerate().map(|(i, section)| format!("<a href=\"#s{i}\">{}</a>", plain(&section.title)));
+    put(format!(
+        "<nav>{} {}</nav>",
+        if aims.is_empty() { "" } else { "<a href=\"#aims\">Aims</a>" },
+        links.collect::<String>()
+    ));
+    if !aims.is_empty() {
+        put("<h2 id=\"aims\">Aims</h2>".into());
+        put(format!("<p>{}</p>", plain(CONTESTS)));
+        put(aims_table(aims));
+    }
+    for (i, section) in sections.iter().enumerate() {
+        put(format!("<h2 id=\"s{i}\">{}</h2><p>{}</p>", plain(&section.title), plain(section.text)));
+        put(format!(
+            "<div class=\"plots\">{}</div>",
+            section.plots.iter().map(|(_, svg)| svg.as_str()).collect::<String>()
+        ));
+        if !section.findings.is_empty() {
+            let items: String = section.findings.iter().map(|text| format!("<li>{}</li>", plain(text))).collect();
+            put(format!("<ul>{items}</ul>"));
+        }
+        put(pictures(&section.shown));
+        put(table(section));
+    }
+    put("</body></html>".into());
+    page
+}
+
+const METHOD: &str = "Errors are those of the surface at the same pixel centres, against a tracer in f64 that shares no code \
+with what it judges. A footprint is the width of a pixel at the reference's depth. Times are GPU timestamps; all variants of \
+a part are drawn in turns in one process, after frames that do not count, so that the machine's moods meet all of them alike. \
+A point is the median, the thin line through it spans the quartiles, grey crosses are outliers. Errors below 1e-5 footprints \
+are drawn at 1e-5. FLIP needs a shaded truth: it is the walk with the exact march, whose own depth error stands in the table, \
+so that its FLIP is 0 by definition.";
+
+const ON_CPU: &str = "Its timestamps are taken on the processor's clock while threads shade tiles: what else runs on the \
+machine lengthens them, triangles cost far more in proportion than on a GPU, and texture reads are computed, not fetched. \
+Ratios between shaders that do the same work hold best; orders of magnitude are not those of a GPU. The number of fragment \
+shader invocations beside each time does not depend on the load.";
+
+const CONTESTS: &str = "At equal error: the coarsest micro-mesh whose 99th percentile is within the error, found by bisection \
+and drawn in three ways, of which the fastest counts, against our fastest setting within the same error. The spread is that of \
+ratios within a round.";
+
+fn aims_table(aims: &[Aim]) -> String {
+    let mut text =
+        "<div class=\"scroll\"><table><tr><th>scene</th><th>what</th><th>who</th><th>asked</th><th>found</th><th>quartiles</th>\
+         <th>verdict</th></tr>"
+            .to_owned();
+    for aim in aims {
+        let [found, spread] = cells(aim);
+        let verdict = aim.verdict();
+        // Writing to a String cannot fail.
+        let _ = write!(
+            text,
+            "<tr><td>{}</td><td>{}</td><td class=\"wide\">{}</td><td>{}</td><td>{found}</td><td>{spread}</td>\
+             <td class=\"{verdict}\">{verdict}</td></tr>",
+            plain(&aim.scene),
+            plain(&aim.what),
+            plain(&aim.who),
+            plain(&aim.asked)
+        );
+    }
+    text + "</table></div>"
+}
+
+/// What an aim found, and its quartiles.
+fn cells(aim: &Aim) -> [String; 2] {
+    let yes = |met| if met { "yes" } else { "no" };
+    let found = match (aim.found, aim.met) {
+        (Some(spread), _) => short(spread.median),
+        (None, met) => met.map_or("", yes).to_owned(),
+    };
+    let quartiles = aim.found.filter(|s| s.low < s.high);
+    [found, quartiles.map_or(String::new(), |s| format!("{} to {}", short(s.low), short(s.high)))]
+}
+
+fn pictures(shown: &[Embedded]) -> String {
+    if shown.is_empty() {
+        return String::new();
+    }
+    let figure = |shown: &Embedded| {
+        let image = |(what, address): &(&str, String)| {
+            format!("<img src=\"{address}\" alt=\"{}, {what}\" title=\"{what}\">", plain(&shown.name))
+        };
+        let images: String = shown.pictures.iter().map(image).collect();
+        let whats: Vec<&str> = shown.pictures.iter().map(|(what, _)| *what).collect();
+        format!(
+            "<figure><div class=\"row\">{images}</div><figcaption><b>{}</b> ({}): {}</figcaption></figure>",
+            plain(&shown.name),
+            whats.join(", "),
+            plain(&shown.figures)
+        )
+    };
+    let figures: String = shown.iter().map(figure).collect();
+    format!(
+        "<details open><summary>Pictures and error maps: dark is right, a colour each power of ten of a footprint up to \
+         bright yellow; green: a hole, cyan: nothing should be there</summary><div class=\"pictures\">{figures}</div></details>"
+    )
+}
+
+fn table(section: &Section) -> String {
+    let filled =
+        |column: &&super::table::Column| section.points.iter().any(|p| (column.cell)(p).is_some_and(|c| !c.is_empty()));
+    let columns: Vec<_> = FOR_PEOPLE.iter().filter(filled).collect();
+    let mut text =
+        format!("<details><summary>{} points</summary><div class=\"scroll\"><table><tr>", section.points.len());
+    if let Some(varies) = section.varies {
+        let _ = write!(text, "<th>{}</th>", plain(varies));
+    }
+    for column in &columns {
+        let _ = write!(text, "<th title=\"{}\">{}</th>", plain(column.meaning), plain(column.head));
+    }
+    text += "</tr>";
+    for point in &section.points {
+        text += "<tr>";
+        if section.varies.is_some() {
+            let _ = write!(text, "<td>{}</td>", plain(&point.condition));
+        }
+        for column in &columns {
+            let _ = write!(text, "<td>{}</td>", plain(&(column.cell)(point).unwrap_or_default()));
+        }
+        text += "</tr>";
+    }
+    text + "</table></div></details>"
+}
+
+/// The aims for the terminal, as Markdown.
+pub fn summary(about: &About, aims: &[Aim]) -> String {
+    let mut text = format!(
+        "{}\n\n| scene | what | who | asked | found | quartiles | verdict |\n|{}\n",
+        about.line(),
+        "---|".repeat(7)
+    );
+    for aim in aims {
+        let [found, spread] = cells(aim);
+        let Aim { scene, what, who, asked, .. } = aim;
+        let _ = writeln!(text, "| {scene} | {what} | {who} | {asked} | {found} | {spread} | {} |", aim.verdict());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missed_figure_says_so() {
+        let spread = crate::timing::Spread { low: 1.0, median: 1.5, high: 2.5 };
+        let aim = Aim {
+            scene: "a<b".into(),
+            what: "times faster".into(),
+            who: "x against y".into(),
+            asked: "≥ 2".into(),
+            found: Some(spread),
+            met: Some(false),
+        };
+        let html = aims_table(std::slice::from_ref(&aim));
+        assert!(html.contains("<td class=\"MISSED\">MISSED</td>") && html.contains("a&lt;b"), "{html}");
+        assert!(html.contains("<td>1.50</td><td>1.00 to 2.50</td>"), "{html}");
+        assert!(aims_table(&[Aim { met: Some(true), ..aim.clone() }]).contains(">met<"));
+        assert!(aims_table(&[Aim { met: None, found: None, ..aim }]).contains("not measured"));
+    }
+
+    #[test]
+    fn a_file_of_ones_own_names_its_plot() {
+        assert_eq!(word("/some/where/my scene.glb"), "my_scene");
+        assert_eq!(word("torus"), "torus");
+    }
+}
