@@ -119,7 +119,8 @@ fn self_shadow_flags(args: &LookArgs, shelled: bool, settings: &mut Settings) ->
     settings.self_shadow = args.self_shadow.unwrap_or(settings.self_shadow);
     if settings.self_shadow == SelfShadow::Soft && shelled && march.reads_cones() {
         return usage(format!(
-            "--self-shadow soft: march {march} leaps over the clearances that tell how much of a light is seen; use --march              exact or relief, or --self-shadow hard"
+            "--self-shadow soft: march {march} leaps over the clearances that tell how much of a light is seen; use \
+             --march exact or relief, or --self-shadow hard"
         ));
     }
     if args.shadow_softness.is_some() && settings.self_shadow != SelfShadow::Soft {
