@@ -5,7 +5,7 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec4};
 use prism_engine::{
     gpu::{Feature, Pipeline, ShaderStage, vk},
     render::{
@@ -15,30 +15,17 @@ use prism_engine::{
     },
     scene::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
-        LightKind, Material, Mesh, Primitive, Procedure, Sampler, Scene, TextureRef, Wrap,
+        LightKind, Material, Mesh, Procedure, Sampler, Scene, TextureRef, Wrap,
     },
     settings::{March, SelfShadow, Settings, Shell, Stage},
 };
-use rig::{FORMAT, Rig, asset};
+use rig::{FORMAT, Rig, asset, square::square};
 
 const EXTENT: [u32; 2] = [64, 40];
 
 /// A plain square of side 2 in the floor, seen at an angle, without lights or textures.
 fn floor() -> Scene {
-    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let primitive = Primitive {
-        material: 0,
-        positions: corners.map(|[x, z]| Vec3::new(x, 0.0, -z)).to_vec(),
-        normals: vec![Vec3::Y; 4],
-        tangents: Vec::new(),
-        own_tangents: false,
-        uvs: [corners.map(|[x, z]| Vec2::new(x, z)).to_vec(), Vec::new()],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        weld: vec![0, 1, 2, 3],
-        displacement_scale: 0.0,
-    };
-    let mesh =
-        Mesh { name: "floor".into(), primitives: vec![primitive], shell_normals: vec![DVec3::Y; 4], deforms: false };
+    let mesh = Mesh { name: "floor".into(), ..square(1.0, 0, 0.0) };
     Scene {
         file: "floor".into(),
         meshes: vec![mesh],

@@ -2,41 +2,23 @@
 
 mod rig;
 
-use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
 use prism_engine::{
     aov::Aov,
     render::variant::Pass,
     scene::{
         Ambient, Camera, ColorImage, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light, LightKind,
-        Material, Mesh, Primitive, Projection, Sampler, Scene, TextureRef, Wrap,
+        Material, Projection, Sampler, Scene, TextureRef, Wrap,
     },
     settings::{March, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, SHELLS, STAGES};
+use rig::{Rig, SHELLS, STAGES, square::square};
 
 const EXTENT: [u32; 2] = [160, 90];
 
 fn mapped(shell: Shell, stage: Stage, size: u32, cascades: u32) -> Settings {
     Settings { shadow_map: true, shadow_map_size: size, cascades, ..rig::exact(shell, stage) }
-}
-
-/// A level square of so much half a side about the origin, facing up.
-fn square(half: f32, material: usize, displacement_scale: f64) -> Mesh {
-    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0f32]];
-    let primitive = Primitive {
-        material,
-        positions: corners.map(|[x, z]| half * Vec3::new(x, 0.0, -z)).to_vec(),
-        normals: vec![Vec3::Y; 4],
-        tangents: Vec::new(),
-        own_tangents: false,
-        uvs: [corners.map(|[x, z]| Vec2::new(x, z)).to_vec(), Vec::new()],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        weld: vec![0, 1, 2, 3],
-        displacement_scale,
-    };
-    let shell_normals = vec![DVec3::Y; 4];
-    Mesh { name: format!("square {material}"), primitives: vec![primitive], shell_normals, deforms: false }
 }
 
 /// The level at which the displaced sheet of [`sheet_over_floor`] stands.

@@ -15,8 +15,9 @@ use x11rb::{
     connection::Connection,
     protocol::{
         xproto::{
-            Atom, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask, ImageFormat,
-            InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, MapState, Window,
+            Atom, AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ClientMessageEvent, ConfigureWindowAux,
+            ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT,
+            MOTION_NOTIFY_EVENT, MapState, StackMode, Window,
         },
         xtest::ConnectionExt as _,
     },
@@ -106,6 +107,26 @@ impl User {
         let [width, height] = self.size(self.root).map(|side| side as i16 - 1);
         let sent = self.x.xtest_fake_input(MOTION_NOTIFY_EVENT, 0, 0, self.root, width, height, 0);
         sent.expect("sent").check().expect("the mouse");
+    }
+
+    /// Who has the clipboard.
+    fn clipboard(&self) -> Window {
+        self.x.get_selection_owner(self.atom("CLIPBOARD")).expect("sent").reply().expect("its owner").owner
+    }
+
+    /// A click with the left button at a pixel of the window, over whatever another test has put there.
+    fn click(&self, window: Window, [x, y]: [i16; 2]) {
+        let above = ConfigureWindowAux::new().stack_mode(StackMode::ABOVE);
+        self.x.configure_window(window, &above).expect("sent").check().expect("its place");
+        let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
+        let send = |kind: u8, detail: u8| {
+            let sent = self.x.xtest_fake_input(kind, detail, 0, self.root, at.dst_x, at.dst_y, 0);
+            sent.expect("sent").check().expect("the mouse");
+            thread::sleep(Duration::from_millis(60));
+        };
+        send(MOTION_NOTIFY_EVENT, 0);
+        send(BUTTON_PRESS_EVENT, 1);
+        send(BUTTON_RELEASE_EVENT, 1);
     }
 
     fn resize(&self, window: Window, width: u32, height: u32) {
@@ -366,8 +387,19 @@ fn a_shader_edited_meanwhile_is_drawn_with_as_soon_as_it_compiles() {
     clean(outcome);
 }
 
+/// The middle of the panel's first button, if it is seen: of the uppermost row of pixels in a button's grey.
+fn first_button(picture: &Picture) -> Option<[i16; 2]> {
+    let grey = |pixel: &[u8; 3]| pixel.iter().all(|value| value.abs_diff(60) <= 2);
+    let mut rows = picture.pixels.chunks_exact(picture.width as usize).enumerate();
+    rows.find_map(|(y, row)| {
+        let from = row.iter().position(grey)?;
+        let wide = row[from..].iter().take_while(|pixel| grey(pixel)).count();
+        (wide > 40).then_some([(from + wide / 2) as i16, y as i16 + 4])
+    })
+}
+
 #[test]
-fn the_panel_is_drawn_and_put_away() {
+fn the_panel_is_drawn_and_clicked() {
     let _keyboard = keyboard();
     let user = User::connect();
     let folder = folder();
@@ -390,10 +422,20 @@ fn the_panel_is_drawn_and_put_away() {
         (over > 0.3 && difference(&half(&seen, true), &half(&bare, true)) < 0.01).then_some(())
     });
     user.focus(window);
+    // 'copy as command line'. Another test's window may come in between, and the panel is not to be put away before the
+    // click is seen.
+    let before = user.clipboard();
+    wait("the clipboard", &mut process, || {
+        user.click(window, first_button(&user.picture(window))?);
+        (user.clipboard() != before).then_some(())
+    });
+    user.focus(window);
     user.press('u'.into());
     shows(&user, window, &mut process, &bare);
     user.press(ESCAPE);
     let outcome = process.wait();
+    assert!(outcome.stderr.contains("copied: prism run viewer --scene"), "{outcome}");
+    assert!(outcome.stderr.contains("--shell off --march none --size 960x720"), "{outcome}");
     clean(outcome);
 }
 

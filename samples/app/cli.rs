@@ -24,8 +24,9 @@ Data go to stdout, notices to stderr. `prism COMMAND --help` has every option an
 PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
-Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient \
-occlusion, without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
+Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, \
+H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
+without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
 F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";

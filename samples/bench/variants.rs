@@ -23,7 +23,7 @@ const MICRO_MESHES: &[(&str, Culling)] = &[
 /// How many times faster than the fastest baseline a shell has to be, by depth error in pixel footprints.
 pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
 /// The tightest error's setting, in floors.
-const OVER_FLOOR: f64 = 5.0;
+pub const OVER_FLOOR: f64 = 5.0;
 /// Twice the base triangles at the same coverage.
 pub const DOUBLED: f64 = 1.3;
 /// The same detail in a map of 8 times the texels on a side.

@@ -14,14 +14,13 @@ use super::{
     variants::{self, Family, Variant},
 };
 use crate::{
-    bench::contest::Judge,
+    bench::{
+        contest::Judge,
+        variants::{OVER_FLOOR, SPEEDUPS},
+    },
     timing::{Device, Rounds, Spread, View},
 };
 
-/// Errors of the contests, in footprints, and how many times faster ours has to be.
-pub const AIMS: [(f64, f64); 2] = [(0.5, 2.0), (0.1, 8.0)];
-/// How many times as long as the walk without lookups it may take.
-const OVER_FLOOR: f64 = 5.0;
 /// How many times less memory it has to hold.
 const LESS_MEMORY: f64 = 20.0;
 /// Of ours, so many of the fastest compete: their times were taken in other rounds.
@@ -67,7 +66,7 @@ pub fn run(name: &str, points: &[&Point], device: &mut Device, rounds: u32, tick
     let view = View { camera: scenes::Place::Own.camera(&scene, aspect)?, size: first.size };
     let mut judge = Judge::new(&scene, view);
     let mut aims = Vec::new();
-    for (error, least) in AIMS {
+    for &(error, least) in SPEEDUPS {
         tick();
         let ours = fastest(points, error);
         let density = judge.density(device, error)?.map(|(density, _)| density);

@@ -23,7 +23,7 @@ use super::{
 use crate::{
     app::{clay, heat, picture::Picture},
     bench::contest::Judge,
-    timing::{Device, Drawn, Rounds, Timing, View},
+    timing::{Device, Drawn, Rounds, Timing, View, grown, mib},
 };
 
 /// A variant under one condition, measured.
@@ -224,9 +224,8 @@ pub fn colours(scene: &Scene) -> Vec<String> {
 
 /// MiB that came to be between two reports, and on the CPU.
 pub fn held(before: &HashMap<String, u64>, after: &HashMap<String, u64>, host: u64, colours: &[String]) -> f64 {
-    let grown = |(name, bytes): (&String, &u64)| bytes.saturating_sub(before.get(name).copied().unwrap_or(0));
-    let counted = after.iter().filter(|(name, _)| !colours.contains(name));
-    (counted.map(grown).sum::<u64>() + host) as f64 / f64::from(1 << 20)
+    let counted = grown(before, after).filter(|(name, _)| !colours.iter().any(|colour| colour == name));
+    mib(counted.map(|(_, bytes)| bytes).sum::<u64>() + host)
 }
 
 /// The reference in clay.

@@ -132,7 +132,7 @@ impl Device {
 
     /// One frame and its surface data.
     pub fn shot(&mut self, scene: &Scene, settings: &Settings, view: &View) -> Result<Drawn> {
-        let mut renderer = self.renderer_of(scene, settings, true)?;
+        let mut renderer = self.measuring(scene, settings)?;
         self.draw(&mut renderer, view, false)?;
         Ok(Drawn { picture: self.targets[&view.size].read()?, surface: renderer.read_aov()? })
     }
@@ -178,12 +178,25 @@ impl Device {
         let renderer = self.renderer(scene, settings)?;
         let mut after: HashMap<String, u64> = self.memory();
         after.insert(CULLS_BY.to_owned(), renderer.baseline_host_bytes());
-        let mut bytes: Vec<_> = after
-            .into_iter()
-            .map(|(name, bytes)| (before.get(&name).map_or(bytes, |old| bytes.saturating_sub(*old)), name))
-            .filter(|(bytes, name)| *bytes > 0 && counts(name))
-            .collect();
+        let mut bytes: Vec<_> =
+            grown(&before, &after).filter(|(name, _)| counts(name)).map(|(name, bytes)| (bytes, name)).collect();
         bytes.sort_by(|a, b| b.cmp(a));
-        Ok(bytes.into_iter().map(|(bytes, name)| (name, bytes as f64 / f64::from(1 << 20))).collect())
+        Ok(bytes.into_iter().map(|(bytes, name)| (name.to_owned(), mib(bytes))).collect())
     }
+}
+
+/// What came to be between two reports of [`Device::memory`]: names, and bytes more than before.
+pub fn grown<'a>(
+    before: &'a HashMap<String, u64>,
+    after: &'a HashMap<String, u64>,
+) -> impl Iterator<Item = (&'a str, u64)> {
+    let more = |(name, bytes): (&'a String, &u64)| {
+        (name.as_str(), bytes.saturating_sub(before.get(name).copied().unwrap_or(0)))
+    };
+    after.iter().map(more).filter(|(_, bytes)| *bytes > 0)
+}
+
+/// MiB of bytes.
+pub fn mib(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 20)
 }

@@ -5,5 +5,5 @@
 mod device;
 mod rounds;
 
-pub use device::{CULLS_BY, Device, Drawn, View};
+pub use device::{CULLS_BY, Device, Drawn, View, grown, mib};
 pub use rounds::{Rounds, Spread, Timing, WARM_UP};

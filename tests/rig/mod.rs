@@ -8,6 +8,7 @@ pub mod holes;
 pub mod lights;
 pub mod random;
 pub mod record;
+pub mod square;
 pub mod worst;
 
 use std::{

@@ -43,7 +43,8 @@ pub struct VertexLayout<'a> {
 pub struct GraphicsDesc<'a> {
     /// Debug name.
     pub name: &'a str,
-    /// One shader a stage: vertex with or without both of tessellation, with or without geometry, or mesh with or without task; then fragment if any.
+    /// One shader a stage: vertex with or without both of tessellation, with or without geometry, or mesh with or without
+    /// task; then fragment if any.
     pub shaders: &'a [&'a Arc<Shader>],
     /// What [`super::CommandEncoder::bind_vertex_buffer`] binds, if the vertex stage has inputs.
     pub vertices: Option<VertexLayout<'a>>,

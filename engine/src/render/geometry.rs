@@ -36,6 +36,8 @@ pub struct PrimitiveData {
     pub refit: Vec<Vec<u32>>,
     /// Half extents of a box around `center` that holds the primitive with all levels of its shell.
     pub extent: DVec3,
+    /// Of its shell, along a unit normal, the base surface included: a faded one is within it.
+    pub thickness: f64,
     /// Material.
     pub material: GpuMaterial,
 }
@@ -117,8 +119,8 @@ impl PrimitiveData {
         let indexed = !traced || planned.lids == Some(Stage::Geometry) || settings.lod_fade.is_some();
         let indices = if indexed { primitive.triangles.clone() } else { Vec::new() };
         let mut data = gpu_material(material, settings);
+        let (low, high) = scene.displacement_range(primitive);
         if let Some(d) = &displacement {
-            let (low, high) = scene.displacement_range(primitive);
             let scale = primitive.displacement_scale;
             let [width, height] = map_size(scene, d.source);
             data.height_size = Vec4::new(width, height, 0.0, 0.0);
@@ -147,7 +149,8 @@ impl PrimitiveData {
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
             refit: if planned.deforms { hierarchy::ranks(&nodes) } else { Vec::new() },
             hierarchy: nodes.into_iter().map(gpu_box).collect(),
-            extent: extent(primitive, planned, center, scene.displacement_range(primitive)),
+            extent: extent(primitive, planned, center, (low, high)),
+            thickness: high.max(0.0) - low.min(0.0),
             material: data,
         }
     }

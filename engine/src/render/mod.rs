@@ -49,7 +49,7 @@ use crate::gpu::{
     Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, Shader, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Baseline, Dicer, Settings, Stage};
+use crate::settings::{Dicer, Settings, Stage};
 
 /// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
 const PRISMS_PER_GROUP: u32 = 24;
@@ -93,7 +93,7 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
             Stage::Auto => features.optional.extend([Feature::MeshShader, Feature::GeometryShader]),
         }
     }
-    if let (true, Some(Baseline::Diced { by, .. })) = (plan::displaces(scene), settings.baseline) {
+    if let Some(by) = plan::dicer(scene, settings) {
         features.required.extend_from_slice(dicer_features(by));
     }
     features
@@ -256,7 +256,7 @@ impl Renderer {
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
         plan::check(&self.scene, settings)?;
-        if let (true, Some(Baseline::Diced { by, .. })) = (plan::displaces(&self.scene), settings.baseline)
+        if let Some(by) = plan::dicer(&self.scene, settings)
             && let Some(lacking) = dicer_features(by).iter().find(|feature| !self.ctx.has(**feature))
         {
             return Err(Error::unsupported(
@@ -507,10 +507,12 @@ impl Renderer {
             draw.span?;
             let mesh = self.plan.primitives[draw.primitive].mesh;
             let parts = self.plan.primitives.iter().zip(&self.primitives).filter(|(planned, _)| planned.mesh == mesh);
-            let extent = parts.fold(DVec3::ZERO, |extent, (_, part)| extent.max(part.extent));
+            // The thickest shell of the mesh decides for all of it.
+            let (extent, thickness) = parts.fold((DVec3::ZERO, 0.0), |(extent, thickness): (DVec3, f64), (_, part)| {
+                (extent.max(part.extent), thickness.max(part.thickness))
+            });
             let transform = &self.transforms[draw.instance];
-            let thickness = fade::thickness(&self.scene, &self.scene.meshes[mesh]) * fade::stretch(transform);
-            let fade = view.fade(extent, thickness, start);
+            let fade = view.fade(extent, thickness * fade::stretch(transform), start);
             object.fade = fade.extent.as_vec3().extend(fade.scale as f32);
             let [nearest, farthest] = view.depths(transform, self.primitives[draw.primitive].center, extent);
             Some(fade.span(nearest, farthest))

@@ -343,6 +343,8 @@ pub struct Primitive {
     pub walk: Option<Walk>,
     /// Half extents of a box around `center` that holds all of it, shell included.
     pub extent: DVec3,
+    /// See [`PrimitiveData::thickness`].
+    pub thickness: f64,
 }
 
 /// A deforming primitive's buffers as its file has them.
@@ -485,6 +487,7 @@ pub fn upload(
                 rest,
                 walk,
                 extent: data.extent,
+                thickness: data.thickness,
                 indices,
                 micro_mesh,
                 diced,

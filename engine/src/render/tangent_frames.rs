@@ -3,7 +3,9 @@
 //! A tangent says along which direction v stands still, and how u and v turn; how many texels lie along it is in the
 //! coordinates. With the normal n, the unit tangent t and c = n × t (surface-gradient form, Mikkelsen 2010):
 //!
-//!     grad u = a t + b c,  grad v = d c
+//! ```text
+//! grad u = a t + b c,  grad v = d c
+//! ```
 
 use glam::{DVec2, DVec3, Vec2, Vec4};
 

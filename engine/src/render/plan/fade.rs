@@ -2,7 +2,6 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::scene::{Mesh, Scene};
 use crate::settings::Settings;
 
 /// When a draw is part of a frame, where heights fade with the distance.
@@ -20,12 +19,6 @@ pub enum Span {
 /// elsewhere.
 pub(super) fn fades(settings: &Settings, aov: bool) -> bool {
     settings.lod_fade.is_some() && !aov && !settings.shadow_map
-}
-
-/// The thickest shell of a mesh's primitives, along a unit normal: the faded ones are within it.
-pub fn thickness(scene: &Scene, mesh: &Mesh) -> f64 {
-    let ranges = mesh.primitives.iter().map(|primitive| scene.displacement_range(primitive));
-    ranges.map(|(low, high)| high.max(0.0) - low.min(0.0)).fold(0.0, f64::max)
 }
 
 /// The most that a transform stretches a vector, or up to 4 % more.

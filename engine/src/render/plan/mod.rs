@@ -18,7 +18,7 @@ use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
 use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
-use crate::settings::{Baseline, DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -100,17 +100,25 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
         })
 }
 
-/// Whether anything drawn is displaced.
-pub fn displaces(scene: &Scene) -> bool {
-    let mut primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
-    primitives.any(|p| prisms::displacement(scene, p).is_some())
+/// What is drawn, as often as it is.
+fn drawn(scene: &Scene) -> impl Iterator<Item = &Primitive> {
+    scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives)
+}
+
+/// What dices the scene's displaced surfaces, where the settings want that.
+pub fn dicer(scene: &Scene, settings: &Settings) -> Option<Dicer> {
+    match settings.baseline {
+        Some(Baseline::Diced { by, .. }) => {
+            drawn(scene).any(|p| prisms::displacement(scene, p).is_some()).then_some(by)
+        }
+        _ => None,
+    }
 }
 
 /// The first material whose heights are a function that a drawn primitive shows.
 fn procedural(scene: &Scene) -> Option<(&Material, Procedure)> {
-    let primitives = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
-    let materials =
-        primitives.filter(|p| prisms::displacement(scene, p).is_some()).map(|p| &scene.materials[p.material]);
+    let displaced = drawn(scene).filter(|p| prisms::displacement(scene, p).is_some());
+    let materials = displaced.map(|p| &scene.materials[p.material]);
     materials.filter_map(|material| Some((material, material.displacement?.source.procedure()?))).next()
 }
 
@@ -123,8 +131,7 @@ pub fn allows(scene: &Scene, march: March) -> bool {
 pub fn may_shade_samples(scene: &Scene, settings: &Settings) -> bool {
     let material = |p: &Primitive| &scene.materials[p.material];
     let decides = |m: &Material| m.displacement.is_some() || m.depth_offset.is_some() || m.alpha_cutoff.is_some();
-    settings.msaa > 1
-        && scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives).any(|p| decides(material(p)))
+    settings.msaa > 1 && drawn(scene).any(|p| decides(material(p)))
 }
 
 /// Refuses settings that this scene cannot honour.
@@ -136,12 +143,11 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
         return Err(Error::Usage("--msaa: a baseline is drawn with one sample a pixel; use --msaa 1".into()));
     }
     if settings.occlusion_light > 0.0 {
-        let mut drawn = scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives);
         let occluded = |p: &Primitive| {
             scene.materials[p.material].occlusion.is_some()
                 || (settings.ambient_occlusion && prisms::displacement(scene, p).is_some())
         };
-        if scene.lights.is_empty() || !drawn.any(occluded) {
+        if scene.lights.is_empty() || !drawn(scene).any(occluded) {
             return Err(Error::Usage(
                 "--occlusion-light: the scene has no light, or nothing that occludes: no occlusion texture, and no \
                  --ambient-occlusion on"
@@ -217,12 +223,12 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
     // A baseline has its mesh made once.
     let deforms = mesh.deforms && settings.baseline.is_none();
     let name = |p: usize| primitive_name(scene, index, p);
+    let moved = if shelled && settings.baseline.is_none() { needs::offset(scene, mesh, settings) } else { None };
     let mut wanted = false;
     for (p, primitive) in mesh.primitives.iter().enumerate() {
-        wanted |= plan.ledger.decide(name(p), "shell", needs::shell(scene, mesh, primitive, settings));
+        wanted |= plan.ledger.decide(name(p), "shell", needs::shell(scene, primitive, settings, moved));
     }
-    let offset =
-        if shelled && settings.baseline.is_none() && !wanted { needs::offset(scene, mesh, settings) } else { None };
+    let offset = moved.filter(|_| !wanted);
     // Where all is moved to one level, nothing folds.
     let mut factors = vec![f64::from(u8::from(offset.is_some())); mesh.shell_normals.len()];
     if shelled && offset.is_none() && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
@@ -271,7 +277,12 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && traced;
         let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && shadows);
         let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
-        let range = certificate::t_range(scene, primitive).unwrap_or_default();
+        let headroom = if headroom > 0.0 {
+            let [low, high] = certificate::t_range(scene, primitive).unwrap_or_default();
+            headroom * (high - low)
+        } else {
+            0.0
+        };
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
@@ -280,7 +291,7 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
             walk,
             lids: None,
             hierarchy: shelled && shadows,
-            headroom: headroom * (range[1] - range[0]),
+            headroom,
             shell_normals,
             offset,
             deforms,
@@ -415,9 +426,9 @@ fn plan_draws(
             ..h
         });
         let shadowed = if height.is_some_and(|h| h.self_shadow) { shadowed_lights(scene) } else { 0 };
+        let offsets = height.is_some_and(|h| h.depth_offset) && !material.double_sided && !settings.keep_all;
         // No part of the field stands before the base surface.
-        let sunk = scene.displacement_range(primitive).1 <= 0.0 && !material.double_sided && !settings.keep_all;
-        let depth_behind = plain.depth_behind || (sunk && height.is_some_and(|h| h.depth_offset));
+        let depth_behind = plain.depth_behind || (offsets && scene.displacement_range(primitive).1 <= 0.0);
         let triangles = primitive.triangles.len() as u32;
         push(Variant { height, depth_behind, shadowed_lights: shadowed, ..plain }, 0..triangles);
     }

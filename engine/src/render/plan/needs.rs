@@ -22,8 +22,8 @@ const FLAT: f64 = 1e-5;
 /// Slopes and light directions are told apart by this factor.
 const SLOPE_ROOM: f64 = 1.01;
 
-/// Whether a primitive is drawn as a shell of prisms.
-pub fn shell(scene: &Scene, mesh: &Mesh, primitive: &Primitive, settings: &Settings) -> Need {
+/// Whether a primitive is drawn as a shell of prisms. `moved`: its mesh's [`offset`].
+pub fn shell(scene: &Scene, primitive: &Primitive, settings: &Settings, moved: Option<f64>) -> Need {
     let material = &scene.materials[primitive.material];
     let Some(displacement) = material.displacement else {
         return Need::No("its material asks for no displacement".into());
@@ -37,7 +37,7 @@ pub fn shell(scene: &Scene, mesh: &Mesh, primitive: &Primitive, settings: &Setti
     if settings.resolved_shell() == Shell::Off {
         return Need::No("--shell off: its base surface".into());
     }
-    match offset(scene, mesh, settings) {
+    match moved {
         Some(level) => {
             Need::Idle(format!("its heights are all the same: the surface itself, moved by {level} along its normals"))
         }
