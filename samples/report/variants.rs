@@ -213,7 +213,11 @@ pub fn shadows(quick: bool) -> Vec<Variant> {
         };
         SelfShadow::ALL.iter().map(with).collect::<Vec<_>>()
     };
-    drawn.iter().flat_map(shadowed).collect()
+    let mapped = drawn
+        .iter()
+        .filter(|variant| variant.family == Family::Walk)
+        .map(|variant| variant.clone().renamed(", shadow map", |settings| settings.shadow_map = true).show());
+    drawn.iter().flat_map(shadowed).chain(mapped).collect()
 }
 
 /// One sample a pixel, and four.

@@ -9,13 +9,16 @@
 // - its detail: by how much the height field leaves that plane at the texel, one height looked up where the plane alone
 //   would be in shadow. Along the light's ray that is e (L · n) / (n · l) for e levels of lift L. The ray meets the bent
 //   surface a little aside of the place looked up, so that amount is allowed once more; and where that does not do, the
-//   same again at the place of what the map holds;
+//   height at the place of what the map holds is asked whether it is this surface's. Across an edge of the receiver's
+//   triangle the field goes on as the neighbour there stands, which may lean toward the light; farther on nothing is
+//   put down to the receiver;
 // - rounding: 2^-20 of the terms of each sum that f32 takes, and of plain triangles 1/128 texel of slope, as the
 //   rasteriser moves their corners to its grid (1/256 texel). A traced surface is met on the texel's ray itself.
 //
-// What those allowances let pass may be the same height field standing in the light: a crest beside a joint, within the
-// depth that the joint itself runs through over a texel. So the receiver's own way to the light is then followed through
-// the field, as its tangent frame continues it, up to the depth in the map.
+// What plane and allowances let pass may be the same height field standing in the light: a crest beside a joint, within
+// the depth that the joint itself runs through over a texel, which grows without bound as the light grazes it. So the
+// receiver's own way to the light is then followed through the field up to the depths that the map holds: a blocked way is
+// dark whatever the texels say.
 #ifndef RENDER_SHADOW_MAP_GLSL
 #define RENDER_SHADOW_MAP_GLSL
 
@@ -35,27 +38,56 @@ const float SNAPPING = 1.0 / 128.0;
 const float SNAPPING = 0.0;
 #endif
 
-// Most heights looked up on the way to one texel's blocker.
+// Most heights looked up on the way to the light.
 const int FIELD_STEPS = 32;
 const float FIELD_ROUNDING = 1.0 / 65536.0;
 
+// At the place of what a texel holds the receiver's own surface would stand just so high; how much more is put down to the
+// frame in which that place is found, the receiver's level's, where other levels are wider or narrower.
+const float FRAME_SLACK = 1.25;
+
 // How the height field continues beside the receiver. Of a surface without one, all zero.
 struct Relief {
-    vec2 uv;      // height map coordinates at the receiver
+    vec2 uv;         // height map coordinates at the receiver
     float level;
-    mat3x2 to_uv; // change of uv per world displacement within the tangent plane
-    vec3 rise;    // levels per the same, on that plane
-    vec3 lift;    // world displacement per level
+    vec3 lambda;     // weights of its triangle's corners; of a surface that has no end, anything above 0
+    mat3 to_lambda;  // change of the weights per world displacement within the tangent plane
+    mat3x2 to_uv;    // change of uv per the same
+    vec3 rise;       // levels per the same, on that plane
+    vec3 lift;       // world displacement per level
+    // Of the neighbour across wall k, per weight k of a place there, which is negative:
+    mat3 beyond;     // weights of its corner beyond the wall; zero where it is not known
+    vec3 fold;       // levels by which it stands over the triangle's own
+    mat3x2 fold_uv;  // what its uv differ by from the triangle's own
 };
 
-const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, mat3x2(0.0), vec3(0.0), vec3(0.0));
+const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, vec3(1.0), mat3(0.0), mat3x2(0.0), vec3(0.0), vec3(0.0), mat3(0.0),
+                                vec3(0.0), mat3x2(0.0));
 
-// Levels by which the surface leaves its tangent plane at `moved` from the receiver.
-float leaves_plane(Relief relief, vec3 moved) {
+// The wall across which a place with these weights lies, if it lies outside of the triangle.
+int wall_before(vec3 lambda) {
+    return lambda.x <= min(lambda.y, lambda.z) ? 0 : lambda.y <= lambda.z ? 1 : 2;
+}
+
+// Levels by which the surface leaves its tangent plane at `moved` from the receiver. known: the place lies in the
+// receiver's triangle or in a neighbour.
+float leaves_plane(Relief relief, vec3 moved, out bool known) {
+    known = true;
 #ifdef HAS_HEIGHT
-    float height = height_at(relief.uv + relief.to_uv * moved, 0.0);
-    float level = (height - material.displacement.y) * material.displacement.x;
-    return level - relief.level - dot(relief.rise, moved);
+    vec3 lambda = relief.lambda + relief.to_lambda * moved;
+    vec2 uv = relief.uv + relief.to_uv * moved;
+    float over = 0.0;
+    int wall = wall_before(lambda);
+    if (lambda[wall] < 0.0) {
+        vec3 beyond = relief.beyond[wall];
+        vec3 inside = lambda - lambda[wall] * beyond;
+        inside[wall] = 0.0;
+        known = beyond != vec3(0.0) && all(greaterThanEqual(inside, vec3(0.0)));
+        over = lambda[wall] * relief.fold[wall];
+        uv += lambda[wall] * relief.fold_uv[wall];
+    }
+    over += (height_at(uv, 0.0) - material.displacement.y) * material.displacement.x;
+    return over - relief.level - dot(relief.rise, moved);
 #else
     return 0.0;
 #endif
@@ -68,25 +100,28 @@ struct FieldWay {
 };
 
 FieldWay field_way(Relief relief, vec3 normal, vec3 toward) {
+    if (relief.lift == vec3(0.0)) {
+        return FieldWay(0.0, vec3(0.0));
+    }
     float gain = dot(toward, normal) / dot(relief.lift, normal);
     return FieldWay(gain, toward - gain * relief.lift);
 }
 
-// Whether the height field itself stands in the receiver's light, up to `reach` from it: two heights a texel of the
-// height map, or FIELD_STEPS of a function. What counts is more than UVs' and the hit's rounding make of a height.
+// Whether the height field itself stands in the receiver's light, up to `reach` from it, as its triangle and the neighbour
+// across the wall continue it: two heights a texel of the height map, or FIELD_STEPS of a function, nearer to each other
+// the nearer they are. What counts is more than UVs' and the hit's rounding make of a height.
 bool field_blocks(Relief relief, FieldWay way, float reach) {
 #ifdef HAS_HEIGHT
-    vec2 run = reach * (relief.to_uv * way.along);
-    float climb = reach * (way.gain + dot(relief.rise, way.along)), side = sign(way.gain);
     int steps = FIELD_STEPS;
 #ifndef HEIGHT_PROCEDURE
+    vec2 run = reach * (relief.to_uv * way.along);
     steps = int(clamp(ceil(2.0 * length(run * height_size())), 1.0, float(FIELD_STEPS)));
 #endif
     for (int i = 1; i <= steps; ++i) {
-        float part = float(i) / float(steps);
-        float height = height_at(relief.uv + part * run, 0.0);
-        float level = (height - material.displacement.y) * material.displacement.x;
-        if (side * (level - relief.level - part * climb) > FIELD_ROUNDING * material.displacement.x) {
+        float part = float(i) / float(steps), at = part * part * reach;
+        bool known;
+        float over = leaves_plane(relief, at * way.along, known) - at * way.gain;
+        if (sign(way.gain) * over > FIELD_ROUNDING * material.displacement.x) {
             return true;
         }
     }
@@ -130,7 +165,8 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     vec4 stored = textureGather(shadow_atlas, (view.tile.xy + first + 1.0) * view.tile.zw);
     vec4 share = vec4((1.0 - part.x) * part.y, part.x * part.y, part.x * (1.0 - part.y),
                       (1.0 - part.x) * (1.0 - part.y));
-    float lit = 0.0;
+    FieldWay way = field_way(relief, normal, toward);
+    float nearing = change * dot(axis, toward), lit = 0.0, farthest = 0.0;
     for (int i = 0; i < 4; ++i) {
         // A gather's order: lower left, lower right, upper right, upper left.
         vec2 away = first + 0.5 + vec2(i == 1 || i == 2 ? 1.0 : 0.0, i < 2 ? 1.0 : 0.0) - at;
@@ -138,20 +174,26 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
         bool blocked = over > rounding;
 #ifdef HAS_HEIGHT
         if (blocked && relief.lift != vec3(0.0)) {
-            FieldWay way = field_way(relief, normal, toward);
-            float reach = over / (change * dot(axis, toward));
             vec3 moved = away.x * across + away.y * down;
-            float bend = lifted * leaves_plane(relief, moved);
-            blocked = over - rounding > abs(bend) + max(bend, 0.0);
+            bool known;
+            float bend = lifted * leaves_plane(relief, moved, known);
+            blocked = over - rounding > 2.0 * max(bend, 0.0);
             if (blocked) {
-                bend = lifted * leaves_plane(relief, moved + reach * way.along);
-                blocked = over - rounding > abs(bend) + max(bend, 0.0);
+                bend = lifted * leaves_plane(relief, moved + over / nearing * way.along, known);
+                blocked = !known || over - rounding > FRAME_SLACK * max(bend, 0.0);
             }
-            blocked = blocked || field_blocks(relief, way, reach);
         }
 #endif
-        lit += blocked ? 0.0 : share[i];
+        if (!blocked) {
+            lit += share[i];
+            farthest = max(farthest, stored[i] - receiver);
+        }
     }
+#ifdef HAS_HEIGHT
+    if (farthest > rounding && relief.lift != vec3(0.0) && field_blocks(relief, way, farthest / nearing)) {
+        return 0.0;
+    }
+#endif
     return lit;
 }
 

@@ -72,6 +72,6 @@ void main() {
 #ifdef HAS_HEIGHT
     shade_hit(object, in_prism, v, ndc, prism, settings, hit);
 #else
-    write_shaded(shaded_at(object, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
+    write_shaded(shaded_at(object, in_prism, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
 #endif
 }

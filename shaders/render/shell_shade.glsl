@@ -11,6 +11,10 @@
 #include "render/ambient_occlusion.glsl"
 #ifdef SHADOW_MAPS
 #include "render/shadow_map.glsl"
+#ifdef HAS_HEIGHT
+#include "render/adjacency.glsl"
+#include "shell/prism_bits.glsl"
+#endif
 #endif
 #endif
 #ifdef HAS_HEIGHT
@@ -48,11 +52,18 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
 }
 
 #if defined(SHADOW_MAPS) && defined(HAS_HEIGHT)
-// How the height field continues beside a hit on it. e1, e2, along, slope: see below.
-Relief shell_relief(Object object, Vertex v[3], ShellHit hit, vec2 slope, vec3 e1, vec3 e2, vec3 along) {
+// Coordinates that differ by less are the same.
+const float SAME_UV = 1e-5;
+
+vec2 height_uv_of(Vertex vertex) {
+    return vec2(vertex.shell.w, vertex.normal.w);
+}
+
+// How the height field continues beside a hit on it in prism `id`. s0, e1, e2, along, slope: see below.
+Relief shell_relief(Object object, uint id, Vertex v[3], ShellHit hit, vec2 slope, vec3 s0, vec3 e1, vec3 e2,
+                    vec3 along) {
     vec3 t1 = e1 + slope.x * along, t2 = e2 + slope.y * along, normal = cross(t1, t2);
-    vec2 uv = vec2(v[0].shell.w, v[0].normal.w);
-    vec2 uv1 = vec2(v[1].shell.w, v[1].normal.w) - uv, uv2 = vec2(v[2].shell.w, v[2].normal.w) - uv;
+    vec2 uv = height_uv_of(v[0]), uv1 = height_uv_of(v[1]) - uv, uv2 = height_uv_of(v[2]) - uv;
     // What the weights of corners 1 and 2 gain by a displacement within the plane of t1 and t2.
     float squared = max(dot(normal, normal), 1e-37);
     vec3 gain1 = cross(t2, normal) / squared, gain2 = cross(normal, t1) / squared;
@@ -61,9 +72,39 @@ Relief shell_relief(Object object, Vertex v[3], ShellHit hit, vec2 slope, vec3 e
     Relief relief;
     relief.uv = uv + hit.lambda.y * uv1 + hit.lambda.z * uv2;
     relief.level = hit.t;
+    relief.lambda = hit.lambda;
+    relief.to_lambda = outerProduct(vec3(-1.0, 1.0, 0.0), gain1) + outerProduct(vec3(-1.0, 0.0, 1.0), gain2);
     relief.to_uv = outerProduct(uv1, gain1) + outerProduct(uv2, gain2);
     relief.rise = slope.x * gain1 + slope.y * gain2;
     relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, along);
+    vec3 level_normal = cross(e1, e2);
+    for (int k = 0; k < 3; ++k) {
+        relief.beyond[k] = vec3(0.0);
+        relief.fold[k] = 0.0;
+        relief.fold_uv[k] = vec2(0.0);
+        uint across = adjacency.item[3u * id + uint(k)];
+        if (across == NO_NEIGHBOUR) {
+            continue;
+        }
+        // The neighbour's corner beyond the wall, and what its coordinates are off by at the two that it shares.
+        uvec4 corners = prisms.item[across >> 2u].corners;
+        uint wall = across & 3u;
+        Vertex beyond = vertices.item[corners[wall]];
+        int first = (k + 1) % 3, second = (k + 2) % 3;
+        vec2 jump = height_uv_of(vertices.item[corners[(wall + 2u) % 3u]]) - height_uv_of(v[first]);
+        vec2 other = height_uv_of(vertices.item[corners[(wall + 1u) % 3u]]) - height_uv_of(v[second]);
+        vec3 beside = beyond.position.xyz + hit.t * beyond.shell.xyz - s0;
+        float over = dot(beside, level_normal) / dot(along, level_normal);
+        vec2 weights = barycentric_step(beside - over * along, e1, e2);
+        vec3 lambda = vec3(1.0 - weights.x - weights.y, weights);
+        // Not across a seam that turns or stretches the map, nor where the neighbour folds back over the prism.
+        if (lambda[k] < 0.0 && all(lessThan(abs(other - jump), vec2(SAME_UV)))) {
+            vec2 bent = height_uv_of(beyond) - jump - (uv + weights.x * uv1 + weights.y * uv2);
+            relief.beyond[k] = lambda / lambda[k];
+            relief.fold[k] = over / lambda[k];
+            relief.fold_uv[k] = bent / lambda[k];
+        }
+    }
     return relief;
 }
 #endif
@@ -79,10 +120,10 @@ struct Shaded {
 #endif
 };
 
-// The surface in the pixel at `ndc`, whose ray hits the prism of `object` with corners `v`. slope: what the level gains
+// The surface in the pixel at `ndc`, whose ray hits prism `id` of `object` with corners `v`. slope: what the level gains
 // from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the height field, or on
 // a wall. DEPTH_ONLY: nothing but what alphaMode MASK cuts out.
-Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
+Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -164,7 +205,7 @@ Shaded shaded_at(Object object, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope,
     Relief relief = NO_RELIEF;
 #ifdef HAS_HEIGHT
     if (displaced && hit.wall < 0) {
-        relief = shell_relief(object, v, hit, slope, e1, e2, along);
+        relief = shell_relief(object, id, v, hit, slope, s0, e1, e2, along);
     }
 #endif
     shaded.visibility = mapped_visibility(shaded.visibility, surface, relief);
@@ -194,7 +235,7 @@ void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, March
 #endif
     vec2 gradient = displaced ? settings.scale * height_gradient(height_uv, 0.0) : vec2(0.0);
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
-    Shaded shaded = shaded_at(object, v, ndc, hit, slope, displaced);
+    Shaded shaded = shaded_at(object, id, v, ndc, hit, slope, displaced);
 #ifdef SELF_SHADOW
     // A wall is seen from where its lower surface begins: from above that.
     float side = hit.wall < 0 ? shaded.side : 1.0;

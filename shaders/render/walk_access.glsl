@@ -2,10 +2,9 @@
 #ifndef RENDER_WALK_ACCESS_GLSL
 #define RENDER_WALK_ACCESS_GLSL
 
+#include "render/adjacency.glsl"
 #include "render/lid_growth.glsl"
 #include "render/ray_fade.glsl"
-
-layout(std430, set = 1, binding = 10) readonly buffer AdjacencyBlock { uint item[]; } adjacency;
 
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;

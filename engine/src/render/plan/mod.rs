@@ -51,7 +51,7 @@ pub struct PlannedPrimitive {
     pub primitive: usize,
     /// Prisms, plain triangles among them; empty where nothing displaced is connected to it, or without a shell.
     pub shell: ShellGeometry,
-    /// Adjacency and bounds, where the shell is walked, by pixels' rays or by shadow rays.
+    /// Adjacency and bounds, where the shell is walked, by pixels' rays or by shadow rays, or where it reads shadow maps.
     pub walk: Option<WalkGeometry>,
     /// The stage that makes its lids, where it is walked by pixels' rays.
     pub lids: Option<Stage>,
@@ -275,7 +275,8 @@ fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: &mut Plan) 
         let shell_normals: Vec<Vec3> = primitive.weld.iter().map(normal).collect();
         let traced = settings.baseline.is_none() && geometry.is_displaced();
         let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && traced;
-        let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && shadows);
+        let mapped = settings.shadow_map && !scene.lights.is_empty() && traced;
+        let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && (shadows || mapped));
         let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
         let headroom = if headroom > 0.0 {
             let [low, high] = certificate::t_range(scene, primitive).unwrap_or_default();
@@ -444,8 +445,9 @@ fn trim(settings: &Settings, plan: &mut Plan) {
             _ => None,
         });
         primitive.hierarchy &= of(|height| height.reenters);
-        // Without a walk of the pixels' rays it is for the shadows'.
-        if settings.resolved_shell() == Shell::Prism && !of(|height| height.self_shadow) {
+        // Without a walk of the pixels' rays it is for the shadows', and for what reads shadow maps.
+        let mapped = draws.clone().any(|variant| variant.shadow_maps && variant.height.is_some());
+        if settings.resolved_shell() == Shell::Prism && !mapped && !of(|height| height.self_shadow) {
             primitive.walk = None;
         }
     }
