@@ -301,6 +301,9 @@ pub struct Settings {
     pub msaa: u32,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
+    /// Count the reads of height maps, and of bounds and cones over them, that fragments make; costs the same.
+    /// Where surface data are written beside several samples a pixel, it is their one sample that counts.
+    pub count_reads: bool,
     /// Replaces the shell.
     pub baseline: Option<Baseline>,
     /// Neither instances nor lights move while these are in force: what only their motion could need is left out.
@@ -342,6 +345,7 @@ impl Default for Settings {
             depth_prepass: DepthPrepass::Auto,
             msaa: 1,
             count_limits: false,
+            count_reads: false,
             baseline: None,
             still: false,
             keep_all: false,
@@ -356,6 +360,11 @@ impl Settings {
             Shell::Auto => Shell::Walk,
             other => other,
         }
+    }
+
+    /// Whether fragments count something.
+    pub fn counts(&self) -> bool {
+        self.count_limits || self.count_reads
     }
 
     /// The cosine between ray and base normal at which the ray runs as far as [`Settings::slope_limit`] lets it.

@@ -1,6 +1,6 @@
 //! The command line's grammar: what can be typed. What it means is decided in [`super::choices`].
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
@@ -363,13 +363,18 @@ pub struct ReportArgs {
     #[arg(long)]
     pub quick: bool,
 
-    /// Of the pictures, in pixels [default: 320x180; 160x90 with --quick]
+    /// Of the pictures, in pixels [default: 240x135; 160x90 with --quick]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
 
     /// Frames of each variant that are timed, all variants of a part taking turns [default: 5; 3 with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub rounds: Option<u32>,
+
+    /// Minutes that it may take: where they run short fewer rounds are timed, one at least, and all points are measured
+    /// [default: 20; 2 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub minutes: Option<u32>,
 
     /// Where it is computed.
     #[command(flatten)]
@@ -378,9 +383,14 @@ pub struct ReportArgs {
 
 #[cfg(feature = "report")]
 impl ReportArgs {
+    /// The time that it may take.
+    pub fn budget(&self) -> Duration {
+        Duration::from_secs(60 * u64::from(self.minutes.unwrap_or(if self.quick { 2 } else { 20 })))
+    }
+
     /// The pictures' size.
     pub fn pixels(&self) -> [u32; 2] {
-        let usual = if self.quick { [160, 90] } else { [320, 180] };
+        let usual = if self.quick { [160, 90] } else { [240, 135] };
         self.size.map_or(usual, |size| [size.width, size.height])
     }
 

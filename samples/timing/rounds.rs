@@ -1,5 +1,7 @@
 //! Fair timing: all variants take turns in one process, and what is compared was measured in the same round.
 
+use std::time::Instant;
+
 use prism_engine::{error::Result, render::Renderer, scene::Scene, settings::Settings};
 
 use super::device::{Cost, Device, View};
@@ -100,19 +102,35 @@ impl Rounds {
     }
 
     /// Times every variant once a round; `tick` is called after every frame, with the number of rounds done.
-    pub fn run(&mut self, device: &mut Device, rounds: u32, mut tick: impl FnMut(u32)) -> Result<()> {
+    pub fn run(&mut self, device: &mut Device, rounds: u32, tick: impl FnMut(u32)) -> Result<()> {
+        self.run_until(device, rounds, None, tick)
+    }
+
+    /// The same, with fewer rounds where time is up before: one that counts at least, after one that does not.
+    pub fn run_until(
+        &mut self,
+        device: &mut Device,
+        rounds: u32,
+        end: Option<Instant>,
+        mut tick: impl FnMut(u32),
+    ) -> Result<()> {
         let count = self.entries.len();
-        for round in 0..WARM_UP + rounds {
+        let late = || end.is_some_and(|end| Instant::now() >= end);
+        let (mut round, mut timed) = (0, 0);
+        while timed < rounds && !(timed > 0 && late()) {
+            let counts = round >= WARM_UP || round > 0 && late();
             for i in 0..count {
                 // Each round begins with another one, so that nobody always follows the same neighbour.
                 let entry = &mut self.entries[(i + round as usize) % count];
                 let Cost { ms, fragments } = device.time(&mut entry.renderer, &entry.view)?;
-                if round >= WARM_UP {
+                if counts {
                     entry.timing.times.push(ms);
                     entry.timing.fragments = fragments;
                 }
-                tick((round + u32::from(i + 1 == count)).saturating_sub(WARM_UP));
+                tick(timed + u32::from(counts && i + 1 == count));
             }
+            round += 1;
+            timed += u32::from(counts);
         }
         Ok(())
     }

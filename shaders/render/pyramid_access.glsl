@@ -30,6 +30,7 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
     // Beyond the top level's reach the box holds the whole map.
     ivec2 node = max(extent.x, extent.y) > 1 << top ? ivec2(0) : start >> level;
     int columns = pyramid_nodes(size, level).x;
+    COUNT_READ();
     return pyramid_unpack(pyramid.item[pyramid.item[level] + uint(node.y * columns + node.x)]);
 }
 

@@ -66,11 +66,13 @@ void main() {
     ShellHit hit = plain_trace(projected, two_sided, depth, frame.lens.z, object.handedness.x);
 #endif
     if (!hit.hit || hit.depth > frame.lens.w) {
+        count_reads();
         discard;
     }
 
 #ifdef HAS_HEIGHT
     shade_hit(object, in_prism, v, ndc, prism, settings, hit);
+    count_reads();
 #else
     write_shaded(shaded_at(object, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
 #endif

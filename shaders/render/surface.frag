@@ -167,6 +167,7 @@ void main() {
     geometric = normal - gradient * jacobian;
 #endif
     normal = normalize(normal - scale * shading_gradient(height_uv, lod) * jacobian);
+    count_reads();
 #endif
     geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
     MaterialPoint m = material_at(at);

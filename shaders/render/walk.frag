@@ -75,6 +75,7 @@ void main() {
             shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
         }
     }
+    count_reads();
     if (!shown) {
         discard;
     }

@@ -215,6 +215,13 @@ shared! {
         /// See `base_color_uv`.
         emissive_uv: [Vec4; 2],
     }
+    /// What a frame's fragments count.
+    Counters {
+        /// Loops that reached their limit.
+        limits: u32,
+        /// Reads of height maps, and of bounds and cones over them.
+        reads: u32,
+    }
     /// Push constants of one draw.
     Draw {
         /// Index of the object.
@@ -337,6 +344,8 @@ mod tests {
             "MARCH_MOVES",
             "UV_BOUNDS",
             "HORIZON",
+            "COUNT_LIMITS",
+            "COUNT_READS",
             "DEPTH_OFFSET",
             "SELF_SHADOW",
             "SHADOW_MAPS",
@@ -362,6 +371,7 @@ mod tests {
                 let (prefix, expected, size) = match block.name.as_str() {
                     "FrameBlock" => ("frame.", Frame::MEMBERS, None),
                     "MaterialBlock" => ("material.", Material::MEMBERS, None),
+                    "counters" => ("item.", Counters::MEMBERS, None),
                     "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
                     "shadow_views" => ("item[].", ShadowView::MEMBERS, Some(size_of::<ShadowView>())),
@@ -388,6 +398,7 @@ mod tests {
             "FrameBlock",
             "MaterialBlock",
             "boxes",
+            "counters",
             "diced_triangles",
             "lights",
             "mesh_vertices",

@@ -83,7 +83,7 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
     if plan::may_shade_samples(scene, settings) {
         features.required.push(Feature::SampleRateShading);
     }
-    if settings.count_limits {
+    if settings.counts() {
         features.required.push(Feature::FragmentStoresAndAtomics);
     }
     if plan::wants_shell(scene, settings) {
@@ -391,7 +391,7 @@ impl Renderer {
             let (draws, lights) = (self.plan.draws.len(), self.lights.len());
             let maps = self.plan.shadow_maps.as_ref().map_or(0, |maps| maps.count() as usize);
             let label = format!("slot {index}");
-            self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, self.settings.count_limits)?);
+            self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, self.settings.counts())?);
         }
         let mapped = self.record_shadow_maps(cmd, slot, camera, extent, timers.as_deref_mut())?;
         let (mut objects, cut) = self.objects(&view, &self.plan.draws);
@@ -586,7 +586,19 @@ impl Renderer {
     /// Loops of the slot's last frame, which has run, that gave up at their limit: pixels that may be wrong. `None`
     /// unless [`Settings::count_limits`] is on.
     pub fn limits_reached(&self, slot: usize) -> Result<Option<u32>> {
-        self.slots.get(slot).map_or(Ok(None), Slot::limits_reached)
+        if !self.settings.count_limits {
+            return Ok(None);
+        }
+        Ok(self.slots.get(slot).map_or(Ok(None), Slot::counted)?.map(|counted| counted.limits))
+    }
+
+    /// Reads of height maps, and of bounds and cones over them, by the fragments of the slot's last frame, which has run.
+    /// `None` unless [`Settings::count_reads`] is on.
+    pub fn height_reads(&self, slot: usize) -> Result<Option<u32>> {
+        if !self.settings.count_reads {
+            return Ok(None);
+        }
+        Ok(self.slots.get(slot).map_or(Ok(None), Slot::counted)?.map(|counted| counted.reads))
     }
 
     /// Bytes of what a baseline keeps on the CPU to cull by.

@@ -9,7 +9,7 @@ use half::f16;
 use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
-use super::layout::{Frame, Light, Object, ShadowView};
+use super::layout::{Counters, Frame, Light, Object, ShadowView};
 use super::plan::{Plan, PlannedPrimitive, source, texture_refs};
 use super::variant::{Height, OTHER_NAMES, TEXTURE_NAMES, Variant};
 use super::{cones, pyramid};
@@ -533,7 +533,7 @@ pub struct Slot {
     objects: Buffer,
     lights: Option<Buffer>,
     shadow_views: Option<Buffer>,
-    /// Loops that reached their limit, where they are counted.
+    /// What fragments count, if anything.
     counters: Option<Buffer>,
     sets: HashMap<Variant, DescriptorSet>,
 }
@@ -565,7 +565,7 @@ impl Slot {
                 .then(|| buffer("shadow views", size_of::<ShadowView>() * shadow_views, U::STORAGE_BUFFER))
                 .transpose()?,
             counters: counters
-                .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<u32>(), U::STORAGE_BUFFER))
+                .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<Counters>(), U::STORAGE_BUFFER))
                 .transpose()?,
             sets: HashMap::new(),
         })
@@ -582,7 +582,7 @@ impl Slot {
             buffer.write(0, views)?;
         }
         if let Some(buffer) = &self.counters {
-            buffer.write(0, &[0u32])?;
+            buffer.write(0, &[Counters::default()])?;
         }
         Ok(())
     }
@@ -594,13 +594,13 @@ impl Slot {
         }
     }
 
-    /// Loops of the slot's last frame, which has run, that reached their limit; `None` where they are not counted.
-    pub fn limits_reached(&self) -> Result<Option<u32>> {
+    /// What the fragments of the slot's last frame, which has run, counted; `None` where they do not.
+    pub fn counted(&self) -> Result<Option<Counters>> {
         let Some(buffer) = &self.counters else { return Ok(None) };
-        Ok(buffer.read::<u32>()?.first().copied())
+        Ok(buffer.read::<Counters>()?.first().copied())
     }
 
-    /// Where loops that reach their limit are counted, if they are.
+    /// Where they count, if they do.
     pub fn counters(&self) -> Option<&Buffer> {
         self.counters.as_ref()
     }

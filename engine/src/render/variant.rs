@@ -118,6 +118,8 @@ pub struct Height {
     pub ambient_occlusion: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
+    /// Counts reads of height maps.
+    pub count_reads: bool,
 }
 
 /// Everything that decides a draw's shader code and pipeline state.
@@ -366,6 +368,7 @@ impl Variant {
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
             flag("SHADOW_REENTRY", height.reenters);
             flag("COUNT_LIMITS", height.count_limits);
+            flag("COUNT_READS", height.count_reads);
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));
             }

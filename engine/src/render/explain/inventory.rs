@@ -9,7 +9,7 @@ use super::Situation;
 use crate::gpu::{format_bytes, full_mip_count, vk};
 use crate::render::aov::AovTargets;
 use crate::render::geometry::PrimitiveData;
-use crate::render::layout::{Frame, Light, Object, ShadowView};
+use crate::render::layout::{Counters, Frame, Light, Object, ShadowView};
 use crate::render::plan::{self, Plan};
 use crate::render::{DEPTH_FORMAT, blue_noise, pyramid, resources, shadow};
 use crate::scene::{HeightTexels, Scene, Wrap};
@@ -70,7 +70,7 @@ pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<BufferFac
         add(format!("frame of slot 0, shadow map {map}"), size_of::<Frame>());
         add(format!("objects of slot 0, shadow map {map}"), size_of::<Object>() * plan.draws.len());
     }
-    add("counters of slot 0".into(), if settings.count_limits { size_of::<u32>() } else { 0 });
+    add("counters of slot 0".into(), if settings.counts() { size_of::<Counters>() } else { 0 });
     buffers
 }
 

@@ -494,6 +494,8 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
             aov_uv: 0,
             samples: settings.msaa as u8,
             per_sample: variant.decides_coverage(),
+            // Counted once, where there is one sample.
+            height: variant.height.map(|height| Height { count_reads: height.count_reads && !aov, ..height }),
             ..*variant
         };
     }
@@ -530,6 +532,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         reenters: false,
         // Linear searches end by themselves.
         count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
+        count_reads: settings.count_reads && displacement.source.map().is_some(),
     }
 }
 
