@@ -147,9 +147,9 @@ fn contest(
     pace: Pace,
     tick: &dyn Fn(),
 ) -> Result<Vec<Aim>> {
-    let mut turns = Rounds::default();
+    let mut turns = pace.turns();
     let add = |variant: &Variant, turns: &mut Rounds, device: &mut Device| {
-        turns.add(device, &variant.name(), scene, &variant.settings, &view)
+        turns.add(device, &variant.name(), scene, &pace.timed(device, &variant.settings), &view)
     };
     let mut entrants = Vec::new();
     for point in ours {

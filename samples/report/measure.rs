@@ -119,8 +119,8 @@ impl Truth {
         let key = (settings.self_shadow, settings.msaa);
         if !self.pictures.contains_key(&key) {
             // As a measured variant is drawn: lavapipe takes long to compile another one.
-            let (self_shadow, count_reads) = (settings.self_shadow, can_count(device));
-            let exact = Settings { shell: Shell::Walk, self_shadow, count_reads, ..Settings::default() };
+            let self_shadow = settings.self_shadow;
+            let exact = counting(device, &Settings { shell: Shell::Walk, self_shadow, ..Settings::default() });
             let picture = if settings.msaa > 1 {
                 let fine = View { size: self.view.size.map(|side| side * FINE), ..self.view };
                 averaged(&device.shot(&self.scene, &exact, &fine)?.picture)
@@ -160,19 +160,32 @@ pub struct Pace {
     pub rounds: u32,
     /// No round begins later, but for the first.
     pub end: Instant,
+    /// Frames as they are measured are timed, for a quick look: half as many shaders are compiled.
+    pub as_measured: bool,
 }
 
-/// Whether fragments can count what they read.
-fn can_count(device: &Device) -> bool {
-    device.ctx.has(Feature::FragmentStoresAndAtomics)
+impl Pace {
+    /// Turns at this pace.
+    pub fn turns(&self) -> Rounds {
+        if self.as_measured { Rounds::writing_surface() } else { Rounds::default() }
+    }
+
+    /// What a variant is timed with.
+    pub fn timed(&self, device: &Device, settings: &Settings) -> Settings {
+        if self.as_measured { counting(device, settings) } else { settings.clone() }
+    }
+}
+
+/// The settings that a variant is measured with: what fragments read is counted, where they can.
+fn counting(device: &Device, settings: &Settings) -> Settings {
+    Settings { count_reads: device.ctx.has(Feature::FragmentStoresAndAtomics), ..settings.clone() }
 }
 
 /// Measures a part. `tick` is called after every frame.
 pub fn part(part: &Part, device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Result<Measured> {
     let began = Instant::now();
     let mut measured = Measured { points: Vec::new(), shown: Vec::new(), left_out: Vec::new(), took: Duration::ZERO };
-    let mut turns = Rounds::default();
-    let counts = can_count(device);
+    let mut turns = pace.turns();
     for stand in &part.stands {
         let mut truth = Truth::new(stand, None)?;
         let mut before = stand.moves.map(|degrees| Truth::new(stand, Some(-degrees))).transpose()?;
@@ -183,8 +196,7 @@ pub fn part(part: &Part, device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Re
         measured.left_out.extend(unable);
         for variant in able {
             let ours = variant.settings.baseline.is_none();
-            let counted = Settings { count_reads: counts, ..variant.settings.clone() };
-            let drawn = device.shot(&truth.scene, &counted, &truth.view)?;
+            let drawn = device.shot(&truth.scene, &counting(device, &variant.settings), &truth.view)?;
             let metrics = Metrics::between(&drawn.surface, &truth.surface, &truth.view.camera);
             let settings = compared(part, &variant.settings);
             let seen = flip::between(&drawn.picture, truth.picture(device, &settings)?);
@@ -200,7 +212,7 @@ pub fn part(part: &Part, device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Re
             }
             let (name, colours) = (format!("{}, {}", stand.condition, variant.name()), colours(&truth.scene));
             let memory = device.memory();
-            let place = turns.add(device, &name, &truth.scene, &variant.settings, &truth.view)?;
+            let place = turns.add(device, &name, &truth.scene, &pace.timed(device, &variant.settings), &truth.view)?;
             let memory = held(&memory, &device.memory(), turns.host_bytes(place), &colours);
             measured.points.push(Point {
                 part: part.id,

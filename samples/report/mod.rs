@@ -55,7 +55,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     for part in parts {
         progress.set_message(part.title.clone());
         progress.tick();
-        let pace = Pace { rounds: args.rounds(), end: clock.share(frames(&part, args)) };
+        let pace = pace_until(args, clock.share(frames(&part, args)));
         let measured = measure::part(&part, &mut device, pace, &tick)?;
         all.push((part, measured));
         // A run that is stopped keeps what it has.
@@ -67,7 +67,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
         aims.extend(contest::standing(&scene, &points));
         if wants(args, CONTEST) && CONTEST_SCENES.contains(&scene.as_str()) {
             progress.set_message(format!("At equal error: {scene}"));
-            let pace = Pace { rounds: args.rounds(), end: clock.share(contest_frames(args)) };
+            let pace = pace_until(args, clock.share(contest_frames(args)));
             aims.extend(contest::run(&scene, &points, &mut device, pace, &tick)?);
         }
     }
@@ -149,6 +149,10 @@ impl Clock {
         self.frames = self.frames.saturating_sub(frames);
         now + left.mul_f64(share.min(1.0))
     }
+}
+
+fn pace_until(args: &ReportArgs, end: Instant) -> Pace {
+    Pace { rounds: args.rounds(), end, as_measured: args.quick }
 }
 
 /// Frames of a part: one to be measured and those that are timed.

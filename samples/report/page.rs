@@ -53,12 +53,15 @@ impl About {
             self.device,
             self.rounds,
             self.minutes,
-            if self.quick { "--quick: a look, no figure worth quoting; " } else { "" },
+            if self.quick { QUICK } else { "" },
             self.started,
             self.seconds
         )
     }
 }
+
+/// What sets a quick run apart.
+const QUICK: &str = "--quick: a look, no figure worth quoting, timed while surface data are written; ";
 
 /// A part as it is shown.
 pub struct Section {

@@ -76,9 +76,16 @@ struct Entry {
 #[derive(Default)]
 pub struct Rounds {
     entries: Vec<Entry>,
+    writes_surface: bool,
 }
 
 impl Rounds {
+    /// Of frames that write surface data too. It makes all of them a little slower, but where they were measured before, no
+    /// shader has to be compiled for the timing alone.
+    pub fn writing_surface() -> Rounds {
+        Rounds { writes_surface: true, ..Rounds::default() }
+    }
+
     /// Lets a variant take part, once whatever the number of rows that it is in, and returns its place.
     pub fn add(
         &mut self,
@@ -91,7 +98,8 @@ impl Rounds {
         if let Some(place) = self.entries.iter().position(|entry| entry.name == name) {
             return Ok(place);
         }
-        let renderer = device.renderer(scene, settings)?;
+        let renderer =
+            if self.writes_surface { device.measuring(scene, settings)? } else { device.renderer(scene, settings)? };
         self.entries.push(Entry { name: name.to_owned(), renderer, view: *view, timing: Timing::default() });
         Ok(self.entries.len() - 1)
     }
