@@ -109,6 +109,11 @@ fn terrain() {
 }
 
 #[test]
+fn self_shadow() {
+    compare("self_shadow", "run", "self_shadow", "");
+}
+
+#[test]
 fn viewer() {
     compare("viewer", "run", "viewer", "");
 }
