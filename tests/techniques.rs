@@ -177,7 +177,7 @@ fn the_table_of_techniques() {
         section("A torus, `--shell prism`", &shells[0]),
         section("A torus, `--shell walk`", &shells[1])
     );
-    let name = format!("techniques-{}.md", record::device_name(&rig.device()));
+    let name = format!("techniques_{}.md", record::device_name(&rig.device()));
     fs::write(record::path(&name), text).expect("the table");
     judge_floor(&floor);
     shells.iter().for_each(|rows| judge_shell(rows));
