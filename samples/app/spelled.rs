@@ -98,6 +98,7 @@ pub fn surface(args: &SurfaceArgs) -> Vec<String> {
         ("--height-format", args.height_format.map(|format| format.name().to_owned())),
         ("--roughness-channel", args.roughness_channel.map(|channel| channel.name().to_owned())),
         ("--metallic-channel", args.metallic_channel.map(|channel| channel.name().to_owned())),
+        ("--specular", args.specular.map(|share| share.to_string())),
     ];
     flags.into_iter().filter_map(|(flag, word)| Some([flag.to_owned(), word?])).flatten().collect()
 }
