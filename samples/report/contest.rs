@@ -108,7 +108,8 @@ pub fn run(name: &str, points: &[&Point], device: &mut Device, pace: Pace, tick:
         for rival in Rival::ALL {
             others.extend(coarsest(*rival, &mut judge, device, error)?.into_iter().flat_map(ways));
         }
-        aims.extend(contest(name, &scene, view, [error, least], (&ours, others), device, pace, tick)?);
+        let ring = Ring { name, scene: &scene, view };
+        aims.extend(contest(&ring, [error, least], (&ours, others), device, pace, tick)?);
     }
     Ok(aims)
 }
@@ -137,16 +138,22 @@ impl Entrant {
     }
 }
 
-fn contest(
-    name: &str,
-    scene: &Scene,
+/// Where they compete.
+struct Ring<'a> {
+    name: &'a str,
+    scene: &'a Scene,
     view: View,
+}
+
+fn contest(
+    ring: &Ring<'_>,
     [error, least]: [f64; 2],
     (ours, others): (&[&Point], Vec<Variant>),
     device: &mut Device,
     pace: Pace,
     tick: &dyn Fn(),
 ) -> Result<Vec<Aim>> {
+    let Ring { name, scene, view } = *ring;
     let mut turns = pace.turns();
     let add = |variant: &Variant, turns: &mut Rounds, device: &mut Device| {
         turns.add(device, &variant.name(), scene, &pace.timed(device, &variant.settings), &view)
