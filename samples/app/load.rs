@@ -10,6 +10,7 @@ use prism_engine::{
 use super::{camera, cli::CameraArgs, console, job::Job, sample::Pose, surface::SurfaceArgs, walk};
 
 /// A scene and where a run through it starts.
+#[derive(Clone)]
 pub struct Loaded {
     /// What it is called.
     pub name: String,

@@ -12,6 +12,7 @@ pub mod cli;
 pub mod console;
 mod devices;
 mod drawing;
+mod error_map;
 mod explain;
 mod exr;
 pub mod files;

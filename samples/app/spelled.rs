@@ -58,6 +58,7 @@ const SPELLINGS: &[Spelling] = &[
     ("--cascades", |s| Some(s.cascades.to_string())),
     ("--depth-prepass", |s| Some(s.depth_prepass.to_string())),
     ("--msaa", |s| Some(s.msaa.to_string())),
+    ("--view", |s| Some(s.view.to_string())),
 ];
 
 fn on_off(on: bool) -> String {
@@ -165,7 +166,7 @@ pub fn load(path: &Path) -> Result<CommonArgs> {
 mod tests {
     use super::*;
     use crate::app::{camera as start, surface::HeightLod, testing::empty_scene};
-    use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage};
+    use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage, View};
 
     fn again(words: &[String], base: &Settings) -> Settings {
         let args = read(words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
@@ -217,6 +218,7 @@ mod tests {
                 cascades: 2,
                 ambient_occlusion: true,
                 depth_prepass: DepthPrepass::On,
+                view: View::Walk,
                 ..Settings::default()
             },
         ];

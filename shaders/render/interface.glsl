@@ -20,8 +20,16 @@ layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; 
 layout(std430, set = 0, binding = 3) buffer CounterBlock { uint limits; } counters;
 #endif
 
+#ifdef VIEW_LIMITS
+// Of this fragment.
+uint limits_reached = 0u;
+#endif
+
 // Counts loops that gave up, where they are counted.
 void count_limits(int limits) {
+#ifdef VIEW_LIMITS
+    limits_reached += uint(limits);
+#endif
 #ifdef COUNT_LIMITS
     if (limits > 0) {
         atomicAdd(counters.limits, uint(limits));

@@ -429,6 +429,9 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
         }
 #endif
         walk_pass(at.prism, trail);
+        if (!ray.shadow) {
+            count_prism();
+        }
 
         float travel = front * ray.handedness, leave = travel * 1e30;
         int turned = EXIT_NONE;

@@ -3,7 +3,7 @@
 use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::*;
-use crate::gpu::{ContextDesc, run_once};
+use crate::gpu::{ContextDesc, read_image, run_once};
 use crate::scene::{
     Ambient, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
 };
@@ -85,6 +85,12 @@ fn renderer(scene: &Scene, settings: &Settings) -> (Context, Renderer) {
 
 /// Draws it once; the surface and the loops that reached their limit.
 fn draw(settings: &Settings) -> (Aov, Option<u32>) {
+    let (_, aov, limits) = draw_picture(settings);
+    (aov, limits)
+}
+
+/// The same, and the picture's pixels before them.
+fn draw_picture(settings: &Settings) -> (Vec<[u8; 4]>, Aov, Option<u32>) {
     let scene = scene();
     let (ctx, mut renderer) = renderer(&scene, settings);
     let target = Image::new(
@@ -93,7 +99,7 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
             name: "picture",
             extent: [96, 64],
             format: COLOR_FORMAT,
-            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
             ..ImageDesc::default()
         },
     )
@@ -103,7 +109,8 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
         renderer.record(cmd, 0, &scene.camera.unwrap(), &target, None)
     })
     .unwrap();
-    let drawn = (renderer.read_aov().unwrap(), renderer.limits_reached(0).unwrap());
+    let pixels = bytemuck::pod_collect_to_vec(&read_image(&ctx, &target, Access::COLOR_WRITE).unwrap());
+    let drawn = (pixels, renderer.read_aov().unwrap(), renderer.limits_reached(0).unwrap());
     ctx.check_validation().unwrap();
     drawn
 }
@@ -120,6 +127,21 @@ fn a_loop_that_gives_up_is_counted() {
     }
     let (_, limits) = draw(&Settings::default());
     assert_eq!(limits, None, "nothing is counted unless asked for");
+}
+
+#[test]
+fn a_pixel_whose_loop_gives_up_is_red_in_the_view_of_limits() {
+    let red = |settings: &Settings| {
+        let (pixels, aov, _) = draw_picture(settings);
+        let red = |(pixel, depth): &(&[u8; 4], &f32)| depth.is_finite() && pixel[..3] == [255, 0, 0];
+        let covered = aov.depth.iter().filter(|depth| depth.is_finite()).count();
+        (pixels.iter().zip(&aov.depth).filter(red).count(), covered)
+    };
+    let viewed = Settings { shell: Shell::Off, view: settings::View::Limits, ..Settings::default() };
+    let (none, covered) = red(&viewed);
+    assert!(none == 0 && covered > 500, "{none} of {covered}");
+    let (all, covered) = red(&Settings { step_limit: 0, ..viewed });
+    assert!(all == covered && covered > 500, "{all} of {covered}");
 }
 
 #[test]

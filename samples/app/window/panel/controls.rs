@@ -3,7 +3,9 @@
 use std::fmt::Display;
 
 use egui::{ComboBox, DragValue, Response, Slider, Ui};
-use prism_engine::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents};
+use prism_engine::settings::{
+    DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+};
 
 use super::{Action, Facts, tips::Tips};
 use crate::app::{
@@ -15,6 +17,7 @@ use crate::app::{
 #[cfg(test)]
 pub const FLAGS: &[&str] = &[
     "scene",
+    "view",
     "stage",
     "shell",
     "march",
@@ -73,7 +76,23 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
         }
     }
 
+    ui.horizontal(|ui| {
+        let (text, tip) = match facts.split {
+            None => ("compare", "Keeps these settings on the right of a line; what you change is on its left."),
+            Some(_) => ("compare no more", "Shows the first settings alone."),
+        };
+        if ui.button(text).on_hover_text(tip).clicked() {
+            actions.push(Action::Compare(facts.split.is_none()));
+        }
+        if facts.split.is_some() && ui.button("swap").on_hover_text("Exchanges left and right.").clicked() {
+            actions.push(Action::Swap);
+        }
+    });
     let mut now = facts.settings.clone();
+    if facts.views {
+        let allowed = |view| switch::with_view(facts.settings, view).view == view;
+        choice(ui, "view", &mut now.view, View::ALL, allowed, tips);
+    }
     ui.separator();
     technique(ui, &mut now, facts.marches, tips);
     ui.separator();
