@@ -59,7 +59,8 @@ fn compare(picture: &Picture, lens: &Lens, what: &str, expected: impl Fn(&Ray) -
 fn uv_height_normal_and_depth_are_those_of_the_surface() {
     let (gltf, sheet) = ramp_scene(0.5, 0.4, DAffine3::IDENTITY);
     let lens = oblique();
-    let views: [(&str, &str, fn(&common::Expected) -> [f64; 3]); 4] = [
+    type Color = fn(&common::Expected) -> [f64; 3];
+    let views: [(&str, &str, Color); 4] = [
         ("uv", MESH, |at| [at.uv.x, at.uv.y, 0.0]),
         ("height", GEOMETRY, |at| [at.height; 3]),
         ("normal", MESH, |at| (0.5 + 0.5 * at.normal).to_array()),

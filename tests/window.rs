@@ -463,8 +463,10 @@ fn the_panel_is_drawn_and_clicked() {
     user.focus(window);
     user.press('m'.into());
     title("march normal", &mut process);
-    user.click(window, buttons(&user.picture(window), 4).expect("the buttons")[3]);
-    title("march none", &mut process);
+    wait("the view as it was saved", &mut process, || {
+        user.click(window, buttons(&user.picture(window), 4)?[3]);
+        user.title(window).contains("march none").then_some(())
+    });
     user.focus(window);
     user.press('u'.into());
     shows(&user, window, &mut process, &bare);
@@ -503,7 +505,9 @@ fn a_view_is_chosen_by_its_key_and_the_error_comes_when_it_is_known() {
     user.press('4'.into());
     for (key, view) in [('8', "uv"), ('v', "height"), ('e', "error"), ('2', "base")] {
         user.press(key.into());
-        wait(&format!("view {view}"), &mut process, || user.title(window).contains(&format!("view {view}")).then_some(()));
+        wait(&format!("view {view}"), &mut process, || {
+            user.title(window).contains(&format!("view {view}")).then_some(())
+        });
         shows(&user, window, &mut process, &headless("viewer", [320, 240], &format!("{flags} --view {view}")));
     }
     user.press('1'.into());
@@ -543,13 +547,17 @@ fn two_settings_are_compared_at_a_line_that_is_dragged() {
         })
     };
     let seen = parted(240, &mut process);
-    // The line itself, and something written along the upper edge on both sides of it: the times.
     assert!(seen.pixels[200 * 480 + 238..200 * 480 + 243].contains(&[255; 3]), "no line");
-    let written = |from: usize, to: usize| {
-        let rows = seen.pixels.chunks_exact(480).take(30);
-        rows.flat_map(|row| &row[from..to]).filter(|pixel| pixel.iter().all(|value| *value > 200)).count()
-    };
-    assert!(written(140, 236) > 40 && written(244, 340) > 40, "no times");
+    // Along the upper edge both GPU times are written, right and left of it.
+    wait("both times", &mut process, || {
+        let seen = user.picture(window);
+        let written = |from: usize, to: usize| {
+            let rows = seen.pixels.chunks_exact(480).take(30);
+            rows.flat_map(|row| &row[from..to]).filter(|pixel| pixel.iter().all(|value| *value > 200)).count()
+        };
+        // Beyond the letters' place.
+        (written(150, 215) > 40 && written(265, 330) > 40).then_some(())
+    });
     user.drag(window, [240, 200], [120, 180]);
     parted(120, &mut process);
     user.focus(window);

@@ -20,6 +20,7 @@ pub mod grid;
 mod headless;
 pub mod heat;
 mod job;
+mod light;
 mod load;
 pub mod offscreen;
 pub mod picture;

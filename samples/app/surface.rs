@@ -10,6 +10,7 @@ use prism_engine::{
 };
 
 use super::cli::{height_scale, on_off, scale_factors, two_numbers, unbounded, words};
+use super::light::LightArgs;
 
 /// An absent flag leaves what the file says.
 #[derive(Clone, Debug, Default, Args)]
@@ -61,6 +62,10 @@ pub struct SurfaceArgs {
     /// The channel of metallic in it [default: b, glTF's]
     #[arg(long, value_parser = words(Channel::ALL, Channel::name))]
     pub metallic_channel: Option<Channel>,
+
+    /// The lights.
+    #[command(flatten)]
+    pub light: LightArgs,
 }
 
 /// The LOD of height maps.

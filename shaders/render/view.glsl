@@ -16,8 +16,8 @@ vec3 displayed(vec3 color) {
 uint seen_prism = 0xffffffffu;
 
 // A colour that its neighbours are unlikely to have: pcg3d (Jarzynski and Olano 2020).
-vec3 prism_color(uint object, uint prism) {
-    uvec3 v = uvec3(object, prism, 0u) * 1664525u + 1013904223u;
+vec3 prism_color(uint salt, uint prism) {
+    uvec3 v = uvec3(salt, prism, 0u) * 1664525u + 1013904223u;
     for (int i = 0; i < 2; ++i) {
         v.x += v.y * v.z;
         v.y += v.z * v.x;
@@ -42,7 +42,7 @@ vec3 count_color(uint count) {
 vec3 view_color(Surface surface, Visibility visibility, vec2 uv, float view_depth, float height) {
     vec3 color = vec3(0.5);
 #if defined(VIEW_PRISMS)
-    color = seen_prism == 0xffffffffu ? color : prism_color(draw.object, seen_prism);
+    color = seen_prism == 0xffffffffu ? color : prism_color(draw.prism_count, seen_prism);
 #elif defined(VIEW_WALK) || defined(VIEW_GATHERS)
     color = count_color(work);
 #elif defined(VIEW_LIMITS)

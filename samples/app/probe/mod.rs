@@ -64,6 +64,9 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
         return Err(Error::Usage(format!("--out {}: only .svg is drawn; name it so", args.out.display())));
     }
     files::check_target(&args.out, OBJECT)?;
+    if args.surface.light.given() {
+        return Err(Error::Usage("--sun, --light-intensity: no light is in the drawing; drop them".into()));
+    }
     let size = [args.size.width, args.size.height];
     let pixel = Pixel { at: args.pixel, size };
     pixel.check()?;

@@ -10,6 +10,7 @@ use prism_engine::{
     error::{Error, Result},
     gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog, vk},
     render::{Output, plan},
+    scene::LightKind,
     settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View},
 };
 use winit::{
@@ -32,12 +33,13 @@ use super::{
     switch,
 };
 use crate::app::{
-    choices,
+    camera, choices,
     cli::CameraArgs,
     console,
     drawing::{self, Drawing},
     error_map::{self, ErrorMap},
     job::Job,
+    light,
     load::{self, Loaded},
     offscreen::Offscreen,
     picture::Picture,
@@ -83,6 +85,8 @@ pub struct Shown<'a> {
     swapchain: Swapchain,
     frames: Frames,
     ctx: Context,
+    /// A camera that the panel has put in the place of the sample's.
+    held: Option<Pose>,
     orbit: Orbit,
     clock: Clock,
     pace: Pace,
@@ -135,6 +139,7 @@ impl<'a> Shown<'a> {
             swapchain,
             frames: Frames::new(&ctx, IN_FLIGHT)?,
             ctx,
+            held: None,
             orbit: Orbit::default(),
             clock: Clock::new(job.time_step),
             pace: Pace::default(),
@@ -315,7 +320,7 @@ impl<'a> Shown<'a> {
             }
             Wish::Next => self.walk_on(false)?,
             Wish::Back => self.walk_on(true)?,
-            Wish::ResetCamera => self.orbit = Orbit::default(),
+            Wish::ResetCamera => self.reset_camera(),
             Wish::Screenshot => self.screenshot = true,
             Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
             Wish::Shift(pixels) => self.orbit.shift(&self.pose(), pixels, self.height()),
@@ -357,7 +362,7 @@ impl<'a> Shown<'a> {
         if !self.panel.shows() && self.split.is_none() && self.probed.sketch().is_none() {
             return Ok(None);
         }
-        let eye = self.moment(self.clock.time()).pose.camera.transform.translation.to_array();
+        let moment = self.moment(self.clock.time());
         let memory = self.ctx.memory_report();
         let (names, current) = self.drawing.names();
         let scene = &self.drawing.loaded().scene;
@@ -376,7 +381,14 @@ impl<'a> Shown<'a> {
             split: self.split.as_ref().map(|split| (split.column(self.size[0]), split.gpu_ms())),
             probed: self.probed.sketch(),
             memory: &memory,
-            eye,
+            sun: scene
+                .lights
+                .iter()
+                .find(|l| matches!(l.kind, LightKind::Directional))
+                .map(|l| light::degrees(l.direction)),
+            lights_fixed: moment.lights.is_empty(),
+            occluded: scene.materials.iter().any(|material| material.occlusion.is_some()),
+            camera: spelled::camera_args(&moment.pose),
         };
         self.panel.lay_out(&self.window, &facts)
     }
@@ -389,12 +401,19 @@ impl<'a> Shown<'a> {
             Action::Scene(index) => {
                 self.frames.wait()?;
                 match self.drawing.walk_to(index as u64).and_then(|()| self.follow()) {
-                    Ok(()) => self.orbit = Orbit::default(),
+                    Ok(()) => self.reset_camera(),
                     Err(error) => self.panel.tell(error),
                 }
                 self.set_title();
             }
-            Action::ResetCamera => self.orbit = Orbit::default(),
+            Action::ResetCamera => self.reset_camera(),
+            Action::Camera(args) => {
+                let now = moment.pose.camera;
+                match camera::start(&args, &self.drawing.loaded().scene, &now) {
+                    Ok(pose) => (self.held, self.orbit) = (Some(pose), Orbit::default()),
+                    Err(error) => self.panel.tell(error),
+                }
+            }
             Action::Probe(Done::Close) => self.probed.close(),
             Action::Probe(_) => {
                 let path = free_name(self.job.sample.id(), "svg");
@@ -472,7 +491,7 @@ impl<'a> Shown<'a> {
     /// The flags of what is on screen: settings, materials, camera.
     fn view(&self) -> Vec<String> {
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &CameraArgs::default());
-        let now = self.orbit.apply(&self.drawing.loaded().start);
+        let now = self.orbit.apply(&self.held.unwrap_or(self.drawing.loaded().start));
         let mut words = spelled::settings(self.drawing.renderer().settings(), &self.job.sample.settings());
         // A key may have left the LOD of each pixel without a meaning.
         let per_pixel = self.drawing.renderer().settings().pixel_lod;
@@ -505,7 +524,7 @@ impl<'a> Shown<'a> {
         self.drawing.set_settings(&Settings { count_limits, still, ..settings })?;
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &args.camera)?;
         self.drawing.start_at(start);
-        self.orbit = Orbit::default();
+        self.reset_camera();
         self.set_title();
         Ok(())
     }
@@ -523,12 +542,17 @@ impl<'a> Shown<'a> {
     /// The sample's picture, seen as the user has turned it.
     fn moment(&self, time: f64) -> Moment {
         let moment = self.drawing.moment(time);
-        Moment { pose: self.orbit.apply(&moment.pose), ..moment }
+        Moment { pose: self.orbit.apply(&self.held.unwrap_or(moment.pose)), ..moment }
     }
 
     /// The sample's own pose in the last frame.
     fn pose(&self) -> Pose {
-        self.drawing.moment(self.clock.time()).pose
+        self.held.unwrap_or_else(|| self.drawing.moment(self.clock.time()).pose)
+    }
+
+    /// Back to the sample's own camera.
+    fn reset_camera(&mut self) {
+        (self.held, self.orbit) = (None, Orbit::default());
     }
 
     fn height(&self) -> f64 {
@@ -632,7 +656,7 @@ impl<'a> Shown<'a> {
     fn walk_on(&mut self, back: bool) -> Result<()> {
         self.frames.wait()?;
         match self.drawing.walk_on(back).and_then(|()| self.follow()) {
-            Ok(()) => self.orbit = Orbit::default(),
+            Ok(()) => self.reset_camera(),
             Err(error) => console::notice(error),
         }
         self.pace.reset();

@@ -15,7 +15,7 @@ use prism_engine::{
 use winit::{event::WindowEvent, window::Window};
 
 use super::probed::{self, Done};
-use crate::app::{probe::sketch::Sketch, surface::SurfaceArgs, timings::FrameRow};
+use crate::app::{cli::CameraArgs, probe::sketch::Sketch, surface::SurfaceArgs, timings::FrameRow};
 use cost::Cost;
 use tips::Tips;
 
@@ -48,8 +48,14 @@ pub struct Facts<'a> {
     pub probed: Option<&'a Sketch>,
     /// Live allocations.
     pub memory: &'a [(String, u64)],
+    /// Degrees of the sun, where a light is one; see [`crate::app::light::LightArgs::sun`].
+    pub sun: Option<[f32; 2]>,
+    /// Whether the lights are the scene's own: a sample may move them.
+    pub lights_fixed: bool,
+    /// Whether a texture says what is occluded.
+    pub occluded: bool,
     /// Where the camera is.
-    pub eye: [f64; 3],
+    pub camera: CameraArgs,
 }
 
 /// What the user did in the panel.
@@ -63,6 +69,8 @@ pub enum Action {
     Scene(usize),
     /// The sample's own camera.
     ResetCamera,
+    /// This camera.
+    Camera(CameraArgs),
     /// A second picture with the settings in force beside the first, or no more.
     Compare(bool),
     /// Exchanges the two's settings.
@@ -98,6 +106,8 @@ pub struct Panel {
     open: bool,
     /// Why the shaders on disk are not those in use; shown whether the panel is open or not.
     fault: Option<String>,
+    /// Whether a probe's drawing is there to be clicked on.
+    asks: bool,
     /// What the user waits for; shown like a fault.
     note: Option<String>,
     /// What the last action came to.
@@ -124,6 +134,7 @@ impl Panel {
             open: f64::from(window.inner_size().width) >= ROOMY * scale,
             fault: None,
             note: None,
+            asks: false,
             status: String::new(),
             surface: SurfaceArgs::default(),
         })
@@ -173,7 +184,7 @@ impl Panel {
 
     /// Lets the panel see an event first. Whether it was for the panel alone, and whether a new frame is due.
     pub fn take(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
-        if !self.open && !matches!(event, WindowEvent::ScaleFactorChanged { .. }) {
+        if !self.open && !self.asks && !matches!(event, WindowEvent::ScaleFactorChanged { .. }) {
             return (false, false);
         }
         let response = self.input.on_window_event(window, event);
@@ -186,6 +197,7 @@ impl Panel {
 
     /// Lays it out; nothing where it is closed.
     pub fn lay_out(&mut self, window: &Arc<Window>, facts: &Facts<'_>) -> Result<Option<Laid>> {
+        self.asks = facts.probed.is_some();
         if !self.wanted(facts) {
             return Ok(None);
         }
