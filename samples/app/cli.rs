@@ -737,6 +737,7 @@ mod tests {
             "--height-lod none",
             "--height-format r32",
             "--metallic-channel x",
+            "--specular 1.5",
             "--occlusion-light 2",
             "--tangents screen",
             "--lod-fade soon",

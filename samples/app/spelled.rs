@@ -99,6 +99,7 @@ pub fn surface(args: &SurfaceArgs) -> Vec<String> {
         ("--height-format", args.height_format.map(|format| format.name().to_owned())),
         ("--roughness-channel", args.roughness_channel.map(|channel| channel.name().to_owned())),
         ("--metallic-channel", args.metallic_channel.map(|channel| channel.name().to_owned())),
+        ("--specular", args.specular.map(|share| share.to_string())),
         ("--sun", args.light.sun.map(|degrees| list(&degrees))),
         ("--light-intensity", args.light.light_intensity.map(|factor| factor.to_string())),
     ];

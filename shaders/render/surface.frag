@@ -186,6 +186,7 @@ void main() {
     surface.normal = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, normal));
     surface.geometric = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, geometric));
     surface.base_color = m.base_color.rgb;
+    surface.reflectance = m.reflectance;
     surface.metallic = m.metallic;
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;

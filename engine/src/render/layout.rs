@@ -214,6 +214,12 @@ shared! {
         occlusion_uv: [Vec4; 2],
         /// See `base_color_uv`.
         emissive_uv: [Vec4; 2],
+        /// Factor of a dielectric's reflection at normal incidence, by colour; w: of all of it.
+        specular: Vec4,
+        /// See `base_color_uv`.
+        specular_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        specular_color_uv: [Vec4; 2],
     }
     /// Push constants of one draw.
     Draw {
@@ -326,6 +332,7 @@ mod tests {
         };
         let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
+        shell.extend(defines(&["SPECULAR", "SPECULAR_UV", "SPECULAR_COLOR_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         shell.extend([("ROUGHNESS_CHANNEL", "g".into()), ("METALLIC_CHANNEL", "b".into())]);
         let mut shadowed = shell.clone();

@@ -10,7 +10,7 @@ use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Frame, Light, Object, ShadowView};
-use super::plan::{Plan, PlannedPrimitive, source, texture_refs};
+use super::plan::{Plan, PlannedPrimitive, source};
 use super::variant::{Height, OTHER_NAMES, TEXTURE_NAMES, Variant};
 use super::{cones, pyramid};
 use crate::error::{Error, Result};
@@ -55,7 +55,7 @@ impl Images {
             let primitive = source(scene, &plan.primitives[draw.primitive]);
             let material = &scene.materials[primitive.material];
             let read = |(texture, set): (Option<_>, Option<u8>)| texture.filter(|_| set.is_some());
-            for texture in texture_refs(material).into_iter().zip(draw.variant.textures).filter_map(read) {
+            for texture in material.textures().into_iter().zip(draw.variant.textures).filter_map(read) {
                 if let Entry::Vacant(entry) = self.color.entry(texture.image) {
                     entry.insert(upload_color(ctx, &mut uploader, scene, texture.image)?);
                 }
@@ -131,7 +131,7 @@ impl Images {
         let material = &scene.materials[source(scene, planned).material];
         let mut bindings: Vec<_> = TEXTURE_NAMES
             .into_iter()
-            .zip(texture_refs(material))
+            .zip(material.textures())
             .zip(variant.textures)
             .filter_map(|((name, texture), set)| {
                 let texture = texture.filter(|_| set.is_some())?;

@@ -7,13 +7,27 @@ use crate::scene::{Channel, Procedure, Wrap};
 use crate::settings::{Dicer, March, Normals, Stage, View};
 use crate::shell::prisms::MAX_OTHERS;
 
-/// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
-pub const TEXTURE_DEFINES: [&str; 5] =
-    ["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "NORMAL_UV", "OCCLUSION_UV", "EMISSIVE_UV"];
+/// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
+pub const TEXTURE_DEFINES: [&str; 7] = [
+    "BASE_COLOR_UV",
+    "METALLIC_ROUGHNESS_UV",
+    "NORMAL_UV",
+    "OCCLUSION_UV",
+    "EMISSIVE_UV",
+    "SPECULAR_UV",
+    "SPECULAR_COLOR_UV",
+];
 
 /// The descriptor names of the same slots.
-pub const TEXTURE_NAMES: [&str; 5] =
-    ["base_color_map", "metallic_roughness_map", "normal_map", "occlusion_map", "emissive_map"];
+pub const TEXTURE_NAMES: [&str; 7] = [
+    "base_color_map",
+    "metallic_roughness_map",
+    "normal_map",
+    "occlusion_map",
+    "emissive_map",
+    "specular_map",
+    "specular_color_map",
+];
 
 /// The descriptor names of the maps of other fields, in their order.
 pub const OTHER_NAMES: [&str; MAX_OTHERS] =
@@ -135,7 +149,9 @@ pub struct Variant {
     /// Its depth stands already: shades where that is its own.
     pub depth_stands: bool,
     /// UV set of each texture that the material has.
-    pub textures: [Option<u8>; 5],
+    pub textures: [Option<u8>; 7],
+    /// What is no metal reflects otherwise than by 4 %.
+    pub specular: bool,
     /// Channels of roughness and metallic in their texture.
     pub channels: [Channel; 2],
     /// Its occlusion dims direct light too.
@@ -248,7 +264,8 @@ impl Variant {
         Variant {
             pass: Pass::Depth,
             depth_stands: false,
-            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
+            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None, None, None],
+            specular: false,
             channels: [Channel::G, Channel::B],
             occludes_light: false,
             height: self.height.filter(|h| !idle(h)).map(|h| Height {
@@ -365,6 +382,7 @@ impl Variant {
         flag("SHADOW_MAPS", self.shadow_maps);
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
+        flag("SPECULAR", self.specular);
         flag("AOV", self.aov);
         flag("OCCLUSION_LIGHT", self.occludes_light);
         flag("PRISM_EDGES", self.geometry == Geometry::PrismEdges);

@@ -101,7 +101,7 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
         let planned = &plan.primitives[draw.primitive];
         let primitive = plan::source(scene, planned);
         let material = &scene.materials[primitive.material];
-        for (texture, set) in plan::texture_refs(material).into_iter().zip(draw.variant.textures) {
+        for (texture, set) in material.textures().into_iter().zip(draw.variant.textures) {
             if let Some(texture) = texture.filter(|_| set.is_some()) {
                 colors.insert(texture.image);
             }

@@ -17,7 +17,7 @@ pub use self::lights::ShadowPlan;
 use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
 use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
-use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
+use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene};
 use crate::settings::{
     Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View,
 };
@@ -336,6 +336,7 @@ fn plan_draws(
     let plain = Variant {
         geometry: Geometry::Surface,
         textures,
+        specular: ledger.decide(&of_material, "specular", needs::specular(material)),
         channels: [material.roughness_channel, material.metallic_channel],
         occludes_light: settings.occlusion_light > 0.0 && !scene.lights.is_empty(),
         height: None,
@@ -589,19 +590,8 @@ pub fn primitive_name(scene: &Scene, mesh: usize, primitive: usize) -> String {
 }
 
 /// UV set of each texture slot.
-fn textures(material: &Material) -> [Option<u8>; 5] {
-    texture_refs(material).map(|t| t.map(|t| t.tex_coord as u8))
-}
-
-/// The textures of a material in slot order.
-pub fn texture_refs(material: &Material) -> [Option<TextureRef>; 5] {
-    [
-        material.base_color,
-        material.metallic_roughness,
-        material.normal.map(|(t, _)| t),
-        material.occlusion.map(|(t, _)| t),
-        material.emissive,
-    ]
+fn textures(material: &Material) -> [Option<u8>; 7] {
+    material.textures().map(|t| t.map(|t| t.tex_coord as u8))
 }
 
 /// The primitive behind a planned one.
