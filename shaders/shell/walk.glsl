@@ -17,6 +17,8 @@
 #ifndef SHELL_WALK_GLSL
 #define SHELL_WALK_GLSL
 
+#include "shell/work.glsl"
+
 // Prisms that the one the raster names may lie away from the one the ray is in, and from where the ray came in.
 const int WALK_LOCATE_HOPS = 8;
 const int WALK_BACK_HOPS = 64;

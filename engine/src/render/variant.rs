@@ -291,16 +291,14 @@ impl Variant {
         Variant {
             pass: Pass::Shade,
             geometry,
-            textures: [None; 5],
             height: None,
             depth_shift: None,
             depth_behind: false,
-            alpha_mask: false,
             double_sided: true,
             mirrored: false,
             per_sample: false,
             deforms: false,
-            ..self.for_depth()
+            ..Variant { alpha_mask: false, ..self }.for_depth()
         }
     }
 
