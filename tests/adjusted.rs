@@ -268,3 +268,29 @@ fn what_cannot_be_adjusted_is_refused() {
     let scene = gltf.write(folder.path());
     draw("render", &scene).words("--midlevel 1").within(folder.path()).run().ends(1).complains(&["displacement"]);
 }
+
+#[test]
+fn the_sun_and_its_strength_follow_their_flags() {
+    let folder = folder();
+    let scene = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 })).write(folder.path());
+    let colours = |flags: &str| frame(&scene, &format!("--shell off --march normal {flags}")).aov().color;
+    let near = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    let plain = colours("");
+    assert!(plain.iter().flatten().any(|value| *value > 0.1));
+    // A scene without a light gets one that comes from (-0.4, 1, 0.6).
+    let around = f64::atan2(-0.4, 0.6).to_degrees();
+    let above = (1.0 / (0.4f64 * 0.4 + 1.0 + 0.6 * 0.6).sqrt()).asin().to_degrees();
+    let told = colours(&format!("--sun {around},{above}"));
+    assert!(near(&plain, &told) < 1e-5, "{}", near(&plain, &told));
+    let behind = colours("--sun 180,0");
+    assert!(near(&plain, &behind) > 0.05, "{}", near(&plain, &behind));
+    // What the sky gives stays, what the light gives is as strong as it is.
+    let dark = colours("--light-intensity 0");
+    assert!(near(&dark, &behind) < 0.02, "{}", near(&dark, &behind));
+    let triple = colours("--light-intensity 3");
+    let expected: Vec<[f32; 3]> =
+        plain.iter().zip(&dark).map(|(p, d)| std::array::from_fn(|k| d[k] + 3.0 * (p[k] - d[k]))).collect();
+    assert!(near(&triple, &expected) < 1e-4, "{}", near(&triple, &expected));
+}

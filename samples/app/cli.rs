@@ -6,7 +6,7 @@ use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
-    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation},
+    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation, View},
 };
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
@@ -25,10 +25,10 @@ PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
 Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, \
-H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
+H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them, E the error, K compares two settings (those of then on the right of a line that the mouse drags), X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
 without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
-F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
+F12 or P saves a screenshot in the current folder, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 const BAKE_AFTER_HELP: &str = "\
@@ -506,6 +506,13 @@ pub struct LookArgs {
     /// Samples of a pixel: 4 smooth every outline, a shell's too; surface data keep one [default: 1]
     #[arg(long, value_name = "1|4", value_parser = PossibleValuesParser::new(["1", "4"]).map(|word| if word == "4" { 4u32 } else { 1 }))]
     pub msaa: Option<u32>,
+
+    /// What the picture shows: the shaded surface; the base mesh; the edges of the prisms over the picture; a colour for each
+    /// prism; how many prisms the walk visits; how many heights and bounds are read (1 to 256, dark to light); loops that
+    /// gave up (red); UV, height, normal, depth (white to black each doubling), the first light's shadow; the depth error
+    /// against the reference, 1e-6 to 10 footprints (dark to light) [default: shaded]
+    #[arg(long, value_parser = words(View::ALL, View::name))]
+    pub view: Option<View>,
 
     /// Keeps what `prism explain` says is left out, where it could be there: the same picture, for comparison [default: off]
     #[arg(long)]

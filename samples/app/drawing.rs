@@ -115,6 +115,30 @@ impl<'a> Drawing<'a> {
         Ok(drawing)
     }
 
+    /// A second drawing of the same, with the settings in force, to be compared with it; always measured.
+    #[cfg(feature = "window")]
+    pub fn beside(&self) -> Result<Drawing<'a>> {
+        let compiler = render::shader_compiler(self.job.common.session.shader_dir.as_deref())?;
+        let output = Output { aov: false, ..self.output };
+        let scene = &self.loaded().scene;
+        let renderer = Renderer::new(&self.ctx, &compiler, scene, self.renderer.settings(), output)?;
+        let in_flight = self.pending.len();
+        Ok(Drawing {
+            job: self.job,
+            scenes: self.scenes.clone(),
+            current: self.current,
+            output,
+            renderer,
+            compiler,
+            timers: Some(PassTimers::new(&self.ctx, MAX_PASSES, in_flight)?),
+            pending: vec![None; in_flight],
+            rows: Vec::new(),
+            latest: None,
+            limits: None,
+            ctx: self.ctx.clone(),
+        })
+    }
+
     /// The sample's picture at `time`.
     pub fn moment(&self, time: f64) -> Moment {
         let loaded = self.loaded();
@@ -177,6 +201,22 @@ impl<'a> Drawing<'a> {
         let renderer = Renderer::new(&self.ctx, &self.compiler, &scenes[self.current].scene, &settings, self.output)?;
         (self.renderer, self.scenes) = (renderer, scenes);
         self.tell_notices();
+        Ok(())
+    }
+
+    /// Keeps surface data from now on, or no more. All frames so far have run.
+    #[cfg(feature = "window")]
+    pub fn keep_aov(&mut self, on: bool) -> Result<()> {
+        if on == self.output.aov {
+            return Ok(());
+        }
+        for slot in 0..self.pending.len() {
+            self.collect(slot)?;
+        }
+        let output = Output { aov: on, ..self.output };
+        let settings = self.renderer.settings().clone();
+        self.renderer = Renderer::new(&self.ctx, &self.compiler, &self.loaded().scene, &settings, output)?;
+        self.output = output;
         Ok(())
     }
 

@@ -10,6 +10,7 @@ use prism_engine::{
 };
 
 use super::cli::{height_scale, on_off, scale_factors, share, two_numbers, unbounded, words};
+use super::light::LightArgs;
 
 /// An absent flag leaves what the file says.
 #[derive(Clone, Debug, Default, Args)]
@@ -66,6 +67,10 @@ pub struct SurfaceArgs {
     /// (KHR_materials_specular) [default: the file's, 1]
     #[arg(long, value_name = "N", value_parser = share)]
     pub specular: Option<f32>,
+
+    /// The lights.
+    #[command(flatten)]
+    pub light: LightArgs,
 }
 
 /// The LOD of height maps.

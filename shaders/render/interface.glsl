@@ -3,6 +3,7 @@
 #define RENDER_INTERFACE_GLSL
 
 #include "layout.glsl"
+#include "shell/work.glsl"
 
 // Of a fragment's inputs: taken at the sample that it is alone for.
 #ifdef SAMPLE_SHADING
@@ -19,13 +20,17 @@ layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; 
 #if defined(COUNT_LIMITS) || defined(COUNT_READS)
 layout(std430, set = 0, binding = 3) buffer CounterBlock { Counters item; } counters;
 #endif
-#ifdef COUNT_READS
-uint height_reads = 0u;
-#define COUNT_READ() ++height_reads
+
+#ifdef VIEW_LIMITS
+// Of this fragment.
+uint limits_reached = 0u;
 #endif
 
 // Counts loops that gave up, where they are counted.
 void count_limits(int limits) {
+#ifdef VIEW_LIMITS
+    limits_reached += uint(limits);
+#endif
 #ifdef COUNT_LIMITS
     if (limits > 0) {
         atomicAdd(counters.item.limits, uint(limits));

@@ -4,11 +4,13 @@
 #ifdef MARCH_EXACT
 
 #include "shell/pyramid.glsl"
+#include "shell/work.glsl"
 #include "shell/exact.glsl"
 
 layout(std430, set = 1, binding = 9) readonly buffer PyramidBlock { uint item[]; } pyramid;
 
 vec2 height_bounds(ivec2 first, ivec2 last) {
+    count_read();
     ivec2 size = ivec2(height_size()), period = pyramid_period(size), extent = last - first;
     // Where the map is clamped, all cells beyond it are like the outermost.
     ivec2 start;
@@ -30,7 +32,6 @@ vec2 height_bounds(ivec2 first, ivec2 last) {
     // Beyond the top level's reach the box holds the whole map.
     ivec2 node = max(extent.x, extent.y) > 1 << top ? ivec2(0) : start >> level;
     int columns = pyramid_nodes(size, level).x;
-    COUNT_READ();
     return pyramid_unpack(pyramid.item[pyramid.item[level] + uint(node.y * columns + node.x)]);
 }
 

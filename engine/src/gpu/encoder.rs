@@ -237,6 +237,7 @@ impl CommandEncoder {
     }
 
     fn begin_region(&mut self, name: &str) {
+        self.ctx.begins_pass(name);
         let Some(debug) = &self.ctx.inner().debug else { return };
         let name = CString::new(name.replace('\0', "")).expect("no NUL is left");
         // SAFETY: recording; the string lives until the call returns.

@@ -165,6 +165,7 @@ fn asked(settings: &Settings) -> BTreeMap<&'static str, String> {
         ("dither", on_off(settings.dither)),
         ("lod-fade", settings.lod_fade.map_or("off".into(), |start| start.to_string())),
         ("msaa", settings.msaa.to_string()),
+        ("view", settings.view.to_string()),
         ("keep-all", on_off(settings.keep_all)),
     ])
 }

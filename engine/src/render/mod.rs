@@ -49,10 +49,13 @@ use crate::gpu::{
     Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, Shader, ShaderCompiler, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Dicer, Settings, Stage};
+use crate::settings::{self, Dicer, Settings, Stage};
 
 /// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
 const PRISMS_PER_GROUP: u32 = 24;
+
+/// Ends of a prism's nine edges; `render/edges.vert` counts on it.
+const VERTICES_OF_EDGES: u32 = 18;
 
 /// Depth: 32 bits, reversed, so that f32's precision near 0 serves the distance.
 const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -79,6 +82,10 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
     let mut features = Features::default();
     if interactive {
         features.optional.extend([Feature::MeshShader, Feature::GeometryShader, Feature::SampleRateShading]);
+        features.optional.push(Feature::FillModeNonSolid);
+    }
+    if settings.view == settings::View::Base {
+        features.required.push(Feature::FillModeNonSolid);
     }
     if plan::may_shade_samples(scene, settings) {
         features.required.push(Feature::SampleRateShading);
@@ -133,6 +140,11 @@ fn is_shell(draw: &Draw) -> bool {
     draw.variant.geometry.stage().is_some()
 }
 
+/// Whether a draw is of lines over the picture.
+fn is_edges(draw: &Draw) -> bool {
+    matches!(draw.variant.geometry, Geometry::BaseEdges | Geometry::PrismEdges)
+}
+
 /// Draws one scene.
 pub struct Renderer {
     ctx: Context,
@@ -172,6 +184,9 @@ struct Targets {
     camera: DVec3,
 }
 
+/// The pass of lines over the picture.
+const EDGES: &str = "edges";
+
 /// Draws into one set of targets.
 struct DrawPass {
     name: &'static str,
@@ -186,14 +201,16 @@ struct DrawPass {
 }
 
 /// Depth first, where it comes first. Then surfaces: they are cheap, and their depth spares the shells' fragments behind
-/// them. The picture has a pass even without any draw, to be cleared.
+/// them. Lines over all of it last. The picture has a pass even without any draw, to be cleared.
 fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
-    let (shells, surfaces): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_shell(&draws[*i]));
+    let (edges, filled): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_edges(&draws[*i]));
+    let (shells, surfaces): (Vec<_>, Vec<_>) = filled.into_iter().partition(|i| is_shell(&draws[*i]));
     let depths: Vec<_> = surfaces.iter().chain(&shells).copied().filter(|i| draws[*i].depth.is_some()).collect();
     let [surface, shell] = if of_aov { ["surface aov", "shell aov"] } else { ["surface", "shell"] };
     let mut passes = Vec::new();
     let mut clear = [true; 2];
-    for (name, indices, shades) in [("depth", depths, false), (surface, surfaces, true), (shell, shells, true)] {
+    let all = [("depth", depths, false), (surface, surfaces, true), (shell, shells, true), (EDGES, edges, true)];
+    for (name, indices, shades) in all {
         let needed = name == "surface" && draws.is_empty();
         if indices.is_empty() && !needed {
             continue;
@@ -255,7 +272,15 @@ impl Renderer {
 
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
+        let asked = settings;
+        let settings = &settings.drawn();
         plan::check(&self.scene, settings)?;
+        if settings.view == settings::View::Base && !self.ctx.has(Feature::FillModeNonSolid) {
+            return Err(Error::unsupported(
+                format!("'{}' draws no edges of triangles, or was not asked to", self.ctx.device_name()),
+                "use another --view, or another --gpu",
+            ));
+        }
         if let Some(by) = plan::dicer(&self.scene, settings)
             && let Some(lacking) = dicer_features(by).iter().find(|feature| !self.ctx.has(**feature))
         {
@@ -310,7 +335,7 @@ impl Renderer {
         }
         self.resolve = resolve;
         self.slots.clear();
-        self.settings = settings.clone();
+        self.settings = asked.clone();
         self.plan = plan;
         self.primitives = primitives;
         self.deformers = deformers;
@@ -480,7 +505,8 @@ impl Renderer {
         if pass.shades {
             let image = samples.map_or(target, |samples| &samples.image);
             color.push(Attachment { image, load, store: true, resolve: None });
-            let aov = targets.aov.as_ref().filter(|_| pass.of_aov || targets.samples.is_none());
+            let writes = pass.name != EDGES && (pass.of_aov || targets.samples.is_none());
+            let aov = targets.aov.as_ref().filter(|_| writes);
             color.extend(aov.iter().flat_map(|aov| aov.attachments(clear_color)));
         }
         let image = targets.aov_depth.as_ref().filter(|_| pass.of_aov).unwrap_or(&targets.depth);
@@ -557,7 +583,8 @@ impl Renderer {
             Geometry::Lids(Stage::Mesh) => {
                 cmd.draw_mesh_tasks(primitive.walk.as_ref().map_or(0, |walk| walk.meshlets), 1, 1);
             }
-            Geometry::Surface | Geometry::Lids(_) => {
+            Geometry::PrismEdges => cmd.draw(VERTICES_OF_EDGES * push.count, 1, 0, 0),
+            Geometry::Surface | Geometry::BaseEdges | Geometry::Lids(_) => {
                 if let Some(indices) = &primitive.indices {
                     cmd.bind_index_buffer(indices, vk::IndexType::UINT32);
                     cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
@@ -684,22 +711,28 @@ fn graphics_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: 
             vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
             color_formats: &color_formats,
             depth_format: Some(DEPTH_FORMAT),
-            depth: if variant.depth_stands {
-                DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
-            } else {
-                DepthState::REVERSED
+            depth: match variant.geometry {
+                _ if variant.depth_stands => {
+                    DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
+                }
+                Geometry::BaseEdges | Geometry::PrismEdges => DepthState { write: false, ..DepthState::REVERSED },
+                _ => DepthState::REVERSED,
             },
             cull,
             front_face,
             topology: match variant.geometry {
                 _ if outlines => vk::PrimitiveTopology::POINT_LIST,
                 Geometry::Diced { .. } => vk::PrimitiveTopology::PATCH_LIST,
+                Geometry::PrismEdges => vk::PrimitiveTopology::LINE_LIST,
                 _ => vk::PrimitiveTopology::TRIANGLE_LIST,
             },
             samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
-            polygon_mode: vk::PolygonMode::FILL,
+            polygon_mode: match variant.geometry {
+                Geometry::BaseEdges => vk::PolygonMode::LINE,
+                _ => vk::PolygonMode::FILL,
+            },
             blend: false,
-            depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
+            depth_bias: matches!(variant.geometry, Geometry::Lids(_) | Geometry::BaseEdges).then_some(LID_DEPTH_BIAS),
         },
     )
 }

@@ -4,7 +4,7 @@
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::{Channel, Procedure, Wrap};
-use crate::settings::{Dicer, March, Normals, Stage};
+use crate::settings::{Dicer, March, Normals, Stage, View};
 use crate::shell::prisms::MAX_OTHERS;
 
 /// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
@@ -57,6 +57,10 @@ pub enum Geometry {
     Borders(Stage),
     /// The triangles of a [`crate::render::baseline::MicroMesh`].
     MicroMesh,
+    /// Edges of base triangles, over them.
+    BaseEdges,
+    /// Edges of prisms.
+    PrismEdges,
     /// Base triangles, diced on the GPU.
     Diced {
         /// The stages that do it.
@@ -71,6 +75,7 @@ impl Geometry {
     pub fn stage(self) -> Option<Stage> {
         match self {
             Geometry::Surface | Geometry::MicroMesh | Geometry::Diced { .. } => None,
+            Geometry::BaseEdges | Geometry::PrismEdges => None,
             Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
         }
     }
@@ -181,6 +186,8 @@ pub struct Variant {
     pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
+    /// What it writes in place of the shaded colour, if anything.
+    pub view: View,
 }
 
 impl Variant {
@@ -198,6 +205,9 @@ impl Variant {
                 &[("render/surface.vert", S::Vertex)]
             }
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
+            Geometry::BaseEdges | Geometry::PrismEdges => {
+                &[("render/edges.vert", S::Vertex), ("render/edges.frag", S::Fragment)]
+            }
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Diced { by: Dicer::Tessellation, .. } => &[
                 ("render/shell.vert", S::Vertex),
@@ -273,7 +283,24 @@ impl Variant {
             shadow_maps: false,
             aov: false,
             aov_uv: 0,
+            view: View::Shaded,
             ..self
+        }
+    }
+
+    /// Lines of its primitive, over the picture.
+    pub fn for_edges(self, geometry: Geometry) -> Variant {
+        Variant {
+            pass: Pass::Shade,
+            geometry,
+            height: None,
+            depth_shift: None,
+            depth_behind: false,
+            double_sided: true,
+            mirrored: false,
+            per_sample: false,
+            deforms: false,
+            ..Variant { alpha_mask: false, ..self }.for_depth()
         }
     }
 
@@ -308,6 +335,8 @@ impl Variant {
         let name = match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
+            (Geometry::BaseEdges, _) => "edges of base triangles".into(),
+            (Geometry::PrismEdges, _) => "edges of prisms".into(),
             (Geometry::MicroMesh, _) => "micro-mesh".into(),
             (Geometry::Diced { by, .. }, _) => by.to_string(),
             (geometry, height) => {
@@ -318,6 +347,10 @@ impl Variant {
                 };
                 format!("shell {part}{}", height.map_or_else(|| "plain".into(), |height| height.march.to_string()))
             }
+        };
+        let name = match self.view {
+            View::Shaded => name,
+            view => format!("{name}, view {view}"),
         };
         match self.pass {
             Pass::Shade if self.samples > 1 => format!("{name}, {} samples", self.samples),
@@ -352,6 +385,17 @@ impl Variant {
         flag("SPECULAR", self.specular);
         flag("AOV", self.aov);
         flag("OCCLUSION_LIGHT", self.occludes_light);
+        flag("PRISM_EDGES", self.geometry == Geometry::PrismEdges);
+        flag("VIEW", self.view != View::Shaded);
+        flag("VIEW_PRISMS", self.view == View::Prisms);
+        flag("VIEW_WALK", self.view == View::Walk);
+        flag("VIEW_GATHERS", self.view == View::Gathers);
+        flag("VIEW_LIMITS", self.view == View::Limits);
+        flag("VIEW_UV", self.view == View::Uv);
+        flag("VIEW_HEIGHT", self.view == View::Height);
+        flag("VIEW_NORMAL", self.view == View::Normal);
+        flag("VIEW_DEPTH", self.view == View::Depth);
+        flag("VIEW_SHADOW", self.view == View::Shadow);
         flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());

@@ -18,7 +18,9 @@ use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
 use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene};
-use crate::settings::{Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::settings::{
+    Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View,
+};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -92,6 +94,7 @@ pub struct Plan {
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
+    let settings = &settings.drawn();
     settings.baseline.is_none()
         && settings.resolved_shell() != Shell::Off
         && scene.instances.iter().map(|i| &scene.meshes[i.mesh]).any(|mesh| {
@@ -184,6 +187,7 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
+    let settings = &settings.drawn();
     let mut plan = Plan { ledger: Ledger::new(settings.keep_all), ..Plan::default() };
     if (settings.shadow_map || settings.self_shadow != SelfShadow::Off) && scene.lights.len() > MAX_SHADOWED_LIGHTS {
         plan.notices.push(format!("{} lights; the first {MAX_SHADOWED_LIGHTS} cast shadows", scene.lights.len()));
@@ -204,6 +208,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
     trim(settings, &mut plan);
     plan_samples(settings, aov, &mut plan);
     plan_depths(settings, &mut plan);
+    plan_edges(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
@@ -351,6 +356,11 @@ fn plan_draws(
         per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
+        // Of the others some add to the shaded picture.
+        view: match settings.view {
+            View::Base | View::Wireframe | View::Error => View::Shaded,
+            own => own,
+        },
     };
     let prisms = geometry.shell.prisms.len() as u32;
     let mut push_in = |span: Option<Span>, variant: Variant, range: Range<u32>| {
@@ -481,6 +491,25 @@ fn plan_depths(settings: &Settings, plan: &mut Plan) {
     }
 }
 
+/// The lines that a view draws over its picture: of each primitive once for each of its instances.
+fn plan_edges(settings: &Settings, plan: &mut Plan) {
+    let geometry = match settings.view {
+        View::Base => Geometry::BaseEdges,
+        View::Wireframe => Geometry::PrismEdges,
+        _ => return,
+    };
+    let mut edges: Vec<Draw> = Vec::new();
+    for draw in &plan.draws {
+        let same = |edge: &Draw| [edge.instance, edge.primitive] == [draw.instance, draw.primitive];
+        if (geometry == Geometry::PrismEdges && draw.variant.geometry.stage().is_none()) || edges.iter().any(same) {
+            continue;
+        }
+        let variant = draw.variant.for_edges(geometry);
+        edges.push(Draw { variant, depth: None, span: None, ..draw.clone() });
+    }
+    plan.draws.append(&mut edges);
+}
+
 /// Several samples a pixel: AOVs have one, so they get draws of their own.
 fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     if settings.msaa == 1 {
@@ -533,7 +562,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         reenters: false,
         // Linear searches end by themselves.
         count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
-        count_reads: settings.count_reads && displacement.source.map().is_some(),
+        count_reads: settings.count_reads,
     }
 }
 
