@@ -6,7 +6,7 @@ use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
-    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation, View},
+    settings::{DepthPrepass, March, PrismCulling, SelfShadow, Shell, Silhouette, Stage, Validation, View},
 };
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
@@ -479,6 +479,11 @@ pub struct LookArgs {
     /// are several [default: auto]
     #[arg(long, value_parser = words(DepthPrepass::ALL, DepthPrepass::name))]
     pub depth_prepass: Option<DepthPrepass>,
+
+    /// Which prisms are dropped before the stage that makes them: those outside the view, or also those hidden by what is
+    /// nearer, their shell's horizon included; auto: where it pays, as `explain` tells [default: auto]
+    #[arg(long, value_parser = words(PrismCulling::ALL, PrismCulling::name))]
+    pub prism_culling: Option<PrismCulling>,
 
     /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
     /// [default: off, on where the sample says so]
