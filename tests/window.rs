@@ -478,6 +478,85 @@ fn the_panel_is_drawn_and_clicked() {
 }
 
 #[test]
+fn a_screen_with_two_pixels_a_point_shows_the_same_picture_and_is_clicked_on() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    user.point_away();
+    let display = env::var_os("DISPLAY").expect("an X server");
+    let words = "--size 480x320 --shell off --march none";
+    let call = draw("run", "viewer").words(words).env("DISPLAY", display).env("WINIT_X11_SCALE_FACTOR", "2");
+    let mut process = call.start();
+    let window = user.window_of(&mut process);
+    // The size is in pixels, whatever a point is.
+    let bare = headless("viewer", [480, 320], "--shell off --march none");
+    shows(&user, window, &mut process, &bare);
+    user.focus(window);
+    user.press('k'.into());
+    user.press('8'.into());
+    let uv = headless("viewer", [480, 320], "--shell off --march none --view uv");
+    // A line may be held as far away as a finger is wide: twice as many pixels.
+    wait("two pictures", &mut process, || {
+        let seen = columns(&user.picture(window), 100, 230);
+        (difference(&seen, &columns(&uv, 100, 230)) < 0.01).then_some(())
+    });
+    user.drag(window, [250, 200], [400, 200]);
+    wait("the line further right", &mut process, || {
+        let seen = columns(&user.picture(window), 100, 390);
+        (difference(&seen, &columns(&uv, 100, 390)) < 0.01).then_some(())
+    });
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+/// A library of RenderDoc's name and with its one entry, whose table says on stderr when it is to take a frame.
+fn renderdoc(folder: &Path) -> PathBuf {
+    let source = folder.join("renderdoc.c");
+    let text = "#include <stdio.h>\n\
+                static int nothing(void) { return 0; }\n\
+                static void trigger(void) { fputs(\"takes a frame\\n\", stderr); }\n\
+                int RENDERDOC_GetAPI(int version, void **out) {\n\
+                    static void *table[40];\n\
+                    for (int i = 0; i < 40; ++i) table[i] = i == 15 ? (void *)trigger : (void *)nothing;\n\
+                    *out = table;\n\
+                    return 1;\n\
+                }\n";
+    fs::write(&source, text).expect("a file");
+    let library = folder.join("librenderdoc.so");
+    let mut compiler = std::process::Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"]).arg(&library).arg(&source);
+    assert!(compiler.status().expect("a C compiler, which linking needs too").success());
+    library
+}
+
+#[test]
+fn renderdoc_takes_a_frame_where_it_is_loaded() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let folder = folder();
+    let library = renderdoc(folder.path());
+    for loaded in [true, false] {
+        let display = env::var_os("DISPLAY").expect("an X server");
+        let mut call = draw("run", "viewer").words("--size 160x120 --shell off --march none").env("DISPLAY", display);
+        if loaded {
+            call = call.env("LD_PRELOAD", &library);
+        }
+        let mut process = call.start();
+        let window = user.window_of(&mut process);
+        user.focus(window);
+        // Keys come in their order: once the view is there, the first one has been seen to.
+        user.press('f'.into());
+        user.press('8'.into());
+        wait("the view", &mut process, || user.title(window).contains("view uv").then_some(()));
+        user.press(ESCAPE);
+        let outcome = process.wait();
+        let told = if loaded { "RenderDoc takes the next frame" } else { "RenderDoc is not there" };
+        assert!(outcome.stderr.contains(told), "{outcome}");
+        assert_eq!(outcome.stderr.contains("takes a frame\n"), loaded, "{outcome}");
+        clean(outcome);
+    }
+}
+
+#[test]
 fn it_ends_after_the_frames_that_were_asked_for() {
     let mut process = open("prism_shell", "--frames 5 --stats");
     let user = User::connect();
@@ -518,9 +597,9 @@ fn a_view_is_chosen_by_its_key_and_the_error_comes_when_it_is_known() {
 
 /// Columns of a picture, below what stands along its upper edge.
 fn columns(picture: &Picture, from: usize, to: usize) -> Picture {
-    let rows = picture.pixels.chunks_exact(picture.width as usize).skip(40);
+    let rows = picture.pixels.chunks_exact(picture.width as usize).skip(60);
     let pixels: Vec<[u8; 3]> = rows.flat_map(|row| row[from..to].to_vec()).collect();
-    Picture { width: (to - from) as u32, height: picture.height - 40, pixels }
+    Picture { width: (to - from) as u32, height: picture.height - 60, pixels }
 }
 
 #[test]

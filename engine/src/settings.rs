@@ -175,6 +175,21 @@ pub enum DepthPrepass {
     On,
 }
 
+/// Which prisms of shells are dropped before the stage that makes them. The picture is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PrismCulling {
+    /// Where there are so many that it pays: see `render::plan`.
+    #[default]
+    Auto,
+    /// None.
+    Off,
+    /// What lies outside the view, and lids that face away.
+    View,
+    /// Also what lies behind what is nearer, its own shell's horizon included: the prisms seen in the last frame are drawn
+    /// first, then those of the others that their depth does not hide.
+    Hidden,
+}
+
 /// What a picture shows of a frame. Colours of what is no shading are the picture's own values, 0 to 1: no light, no tone
 /// mapping. Counts lie on a scale from black (0) over 1 to 256, whose lightness rises, an eighth of it each doubling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -330,6 +345,8 @@ pub struct Settings {
     pub cascades: u32,
     /// Depth before colours.
     pub depth_prepass: DepthPrepass,
+    /// Prisms that are dropped unseen.
+    pub prism_culling: PrismCulling,
     /// Samples of a pixel: 1 or 4. Surface data keep one, at the pixel's centre.
     pub msaa: u32,
     /// What the picture shows. Surface data are always those of the surface.
@@ -378,6 +395,7 @@ impl Default for Settings {
             shadow_map_size: 1024,
             cascades: 3,
             depth_prepass: DepthPrepass::Auto,
+            prism_culling: PrismCulling::Auto,
             msaa: 1,
             view: View::Shaded,
             count_limits: false,
@@ -499,4 +517,5 @@ names!(View {
 });
 names!(Dicer { Tessellation = "tessellation", Mesh = "mesh-tessellation" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
+names!(PrismCulling { Auto = "auto", Off = "off", View = "view", Hidden = "hidden" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

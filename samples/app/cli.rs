@@ -6,7 +6,7 @@ use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
-    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation, View},
+    settings::{DepthPrepass, March, PrismCulling, SelfShadow, Shell, Silhouette, Stage, Validation, View},
 };
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
@@ -28,7 +28,7 @@ Keys in the window: U or F1 shows the panel (open where the window is 900 pixels
 H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them, E the error, K compares two settings (those of then on the right of a line that the mouse drags), X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
 without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
-F12 or P saves a screenshot in the current folder, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
+F11 or F lets RenderDoc take the next frame where it is loaded, F12 or P saves a screenshot in the current folder, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 const BAKE_AFTER_HELP: &str = "\
@@ -489,6 +489,11 @@ pub struct LookArgs {
     /// are several [default: auto]
     #[arg(long, value_parser = words(DepthPrepass::ALL, DepthPrepass::name))]
     pub depth_prepass: Option<DepthPrepass>,
+
+    /// Which prisms are dropped before the stage that makes them: those outside the view, or also those hidden by what is
+    /// nearer, their shell's horizon included; auto: where it pays, as `explain` tells [default: auto]
+    #[arg(long, value_parser = words(PrismCulling::ALL, PrismCulling::name))]
+    pub prism_culling: Option<PrismCulling>,
 
     /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
     /// [default: off, on where the sample says so]

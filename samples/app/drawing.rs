@@ -5,6 +5,7 @@ use prism_engine::{
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{
         self, Features, Output, Renderer,
+        culling::Counts,
         deform::{Pose, Vectors},
     },
 };
@@ -42,6 +43,8 @@ pub struct Drawing<'a> {
     latest: Option<FrameRow>,
     /// Loops that reached their limit in the measured frames, where they are counted.
     limits: Option<u64>,
+    /// Prisms of the last measured frame, where unseen ones are dropped.
+    culled: Option<Counts>,
     /// Last, so that it outlives what was made from it.
     ctx: Context,
 }
@@ -109,6 +112,7 @@ impl<'a> Drawing<'a> {
             #[cfg(feature = "window")]
             latest: None,
             limits: None,
+            culled: None,
             ctx: ctx.clone(),
         };
         drawing.tell_notices();
@@ -302,6 +306,7 @@ impl<'a> Drawing<'a> {
             if let Some(reached) = self.renderer.limits_reached(slot)? {
                 *self.limits.get_or_insert(0) += u64::from(reached);
             }
+            self.culled = self.renderer.culled(slot)?;
         }
         Ok(())
     }
@@ -319,7 +324,14 @@ impl<'a> Drawing<'a> {
             console::notice(format_args!("wrote {}", path.display()));
         }
         if session.stats {
-            console::data(&stats::report(&self.ctx, &self.compiler, &self.renderer, &self.rows, self.limits))?;
+            console::data(&stats::report(
+                &self.ctx,
+                &self.compiler,
+                &self.renderer,
+                &self.rows,
+                self.limits,
+                self.culled,
+            ))?;
         }
         Ok(())
     }

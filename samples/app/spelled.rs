@@ -57,6 +57,7 @@ const SPELLINGS: &[Spelling] = &[
     ("--shadow-map-size", |s| Some(s.shadow_map_size.to_string())),
     ("--cascades", |s| Some(s.cascades.to_string())),
     ("--depth-prepass", |s| Some(s.depth_prepass.to_string())),
+    ("--prism-culling", |s| Some(s.prism_culling.to_string())),
     ("--msaa", |s| Some(s.msaa.to_string())),
     ("--view", |s| Some(s.view.to_string())),
 ];

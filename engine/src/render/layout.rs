@@ -238,6 +238,10 @@ shared! {
         prism_count: u32,
         /// 1 where bases are drawn beside lids.
         bases: u32,
+        /// Of a draw whose prisms are culled: 1 in the second round, 0 in the first or only one.
+        round: u32,
+        /// Of the same: 1 where what is dropped is counted.
+        counted: u32,
         /// Of a draw that dices: its first triangle.
         first: u32,
         /// Of the same: patches along an edge of each triangle, a power of two.

@@ -8,6 +8,7 @@ use half::f16;
 
 use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
+use super::culling::{Counts, Culled};
 use super::geometry::{PrimitiveData, WalkData};
 use super::layout::{Counters, Frame, Light, Object, ShadowView};
 use super::plan::{Plan, PlannedPrimitive, source};
@@ -503,7 +504,8 @@ pub fn upload(
 }
 
 impl Primitive {
-    /// Set 1 of a draw of it by a variant's pipeline.
+    /// Set 1 of a draw of it by a variant's pipeline. `culled`: what is kept of it.
+    #[allow(clippy::too_many_arguments)]
     pub fn set(
         &self,
         ctx: &Context,
@@ -512,8 +514,10 @@ impl Primitive {
         planned: &PlannedPrimitive,
         variant: &Variant,
         images: &Images,
+        culled: Option<&Culled>,
     ) -> Result<DescriptorSet> {
         let mut bindings = images.bindings(scene, planned, variant);
+        bindings.extend(culled.iter().flat_map(|culled| culled.bindings()));
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
@@ -535,19 +539,21 @@ pub struct Slot {
     shadow_views: Option<Buffer>,
     /// What fragments count, if anything.
     counters: Option<Buffer>,
+    /// [`Counts`] of the culled prisms, where they are.
+    culled: Option<Buffer>,
     sets: HashMap<Variant, DescriptorSet>,
 }
 
 impl Slot {
-    /// Room for `objects` draws, `lights` lights and `shadow_views` shadow maps, and counters if asked for. label: what
-    /// its buffers are named after.
+    /// Room for `objects` draws, `lights` lights and `shadow_views` shadow maps, and counters, of loops and of culled
+    /// prisms, if asked for. label: what its buffers are named after.
     pub fn new(
         ctx: &Context,
         label: &str,
         objects: usize,
         lights: usize,
         shadow_views: usize,
-        counters: bool,
+        [counters, culled]: [bool; 2],
     ) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let buffer_in = |location, what: &str, size: usize, usage| {
@@ -567,6 +573,9 @@ impl Slot {
             counters: counters
                 .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<Counters>(), U::STORAGE_BUFFER))
                 .transpose()?,
+            culled: culled
+                .then(|| buffer_in(MemoryLocation::GpuToCpu, "culled prisms", size_of::<Counts>(), U::STORAGE_BUFFER))
+                .transpose()?,
             sets: HashMap::new(),
         })
     }
@@ -584,13 +593,32 @@ impl Slot {
         if let Some(buffer) = &self.counters {
             buffer.write(0, &[Counters::default()])?;
         }
+        if let Some(buffer) = &self.culled {
+            buffer.write(0, &[Counts::default()])?;
+        }
         Ok(())
     }
 
-    /// Makes what the frame counted visible to the CPU; recorded after its last pass.
-    pub fn end(&self, cmd: &mut CommandEncoder) {
+    /// Makes what the frame counted visible to the CPU; recorded after its last pass. `culler`: who culls prisms.
+    pub fn end(&self, cmd: &mut CommandEncoder, culler: Access) {
         if let Some(buffer) = &self.counters {
             cmd.buffer_barrier(buffer, Access::FRAGMENT_WRITE, Access::HOST_READ);
+        }
+        if let Some(buffer) = &self.culled {
+            cmd.buffer_barrier(buffer, culler, Access::HOST_READ);
+        }
+    }
+
+    /// Prisms of the slot's last frame, which has run; `None` where none are culled, or not counted.
+    pub fn culled(&self) -> Result<Option<Counts>> {
+        let Some(buffer) = &self.culled else { return Ok(None) };
+        Ok(buffer.read::<Counts>()?.first().copied())
+    }
+
+    /// Between two that count culled prisms.
+    pub fn recount(&self, cmd: &mut CommandEncoder, culler: Access) {
+        if let Some(buffer) = &self.culled {
+            cmd.buffer_barrier(buffer, culler, culler);
         }
     }
 
@@ -622,6 +650,7 @@ impl Slot {
         bindings.extend(self.shadow_views.as_ref().map(|views| ("shadow_views", Binding::Buffer(views))));
         bindings.extend(extra);
         bindings.extend(self.counters.as_ref().map(|counters| ("counters", Binding::Buffer(counters))));
+        bindings.extend(self.culled.as_ref().map(|culled| ("culled", Binding::Buffer(culled))));
         let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
         self.sets.insert(*variant, set);
         Ok(())

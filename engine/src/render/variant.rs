@@ -90,6 +90,17 @@ pub enum Pass {
     Depth,
     /// A light's depth map: what blocks it, from either side.
     Light,
+    /// What lists the prisms that may show, before the others.
+    Cull,
+}
+
+/// How unseen prisms are dropped before a draw, by a task stage or, for the geometry stage, by a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Cull {
+    /// Also what lies behind what is nearer.
+    pub hidden: bool,
+    /// Counts what is dropped.
+    pub counted: bool,
 }
 
 /// The height field's part in a variant.
@@ -186,6 +197,8 @@ pub struct Variant {
     pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
+    /// Unseen prisms are dropped.
+    pub cull: Option<Cull>,
     /// What it writes in place of the shaded colour, if anything.
     pub view: View,
 }
@@ -195,6 +208,7 @@ impl Variant {
     pub fn shaders(&self) -> &'static [(&'static str, ShaderStage)] {
         use ShaderStage as S;
         match self.geometry {
+            _ if self.pass == Pass::Cull => &[("render/cull.comp", S::Compute)],
             // The rasteriser's own depth is enough.
             Geometry::Surface
                 if self.pass != Pass::Shade
@@ -220,6 +234,15 @@ impl Variant {
                 ("baseline/dice.mesh", S::Mesh),
                 ("render/surface.frag", S::Fragment),
             ],
+            Geometry::Shell(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/shell.task", S::Task), ("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)]
+            }
+            Geometry::Borders(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/shell.task", S::Task), ("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)]
+            }
+            Geometry::Lids(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/lids.task", S::Task), ("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)]
+            }
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
             Geometry::Borders(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
             Geometry::Lids(Stage::Mesh) => &[("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
@@ -251,6 +274,8 @@ impl Variant {
             depth_behind: self.depth_behind && self.geometry != Geometry::Surface,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
+            // Each light would have a view of its own to drop them by.
+            cull: None,
             // A base surface stands where its depth says.
             height: depth.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset),
             ..depth
@@ -288,6 +313,12 @@ impl Variant {
         }
     }
 
+    /// What lists the prisms that it is to draw, where it does not do so itself.
+    pub fn for_culling(self) -> Option<Variant> {
+        let listed = self.cull.is_some() && self.geometry.stage() == Some(Stage::Geometry);
+        listed.then(|| Variant { pass: Pass::Cull, ..self.for_depth() })
+    }
+
     /// Lines of its primitive, over the picture.
     pub fn for_edges(self, geometry: Geometry) -> Variant {
         Variant {
@@ -300,6 +331,7 @@ impl Variant {
             mirrored: false,
             per_sample: false,
             deforms: false,
+            cull: None,
             ..Variant { alpha_mask: false, ..self }.for_depth()
         }
     }
@@ -357,6 +389,7 @@ impl Variant {
             Pass::Shade => name,
             Pass::Depth => format!("depth: {name}"),
             Pass::Light => format!("shadow map: {name}"),
+            Pass::Cull => format!("culling: {name}"),
         }
     }
 
@@ -376,6 +409,9 @@ impl Variant {
         flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
         let diced = matches!(self.geometry, Geometry::Diced { .. });
         flag("CULLS", matches!(self.geometry, Geometry::Diced { culls: true, .. }));
+        flag("CULLED", self.cull.is_some());
+        flag("CULL_HIDDEN", self.cull.is_some_and(|cull| cull.hidden));
+        flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);

@@ -11,6 +11,7 @@ use winit::{
 pub const KEYS: &str = "\
 keys: U panel, S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
       V next view, 1 to 9 and 0 the first ten views, E error against the reference, K compare two settings
+      F11 or F RenderDoc takes the next frame, where it is loaded
       D dithered start, L self-shadow, W shadow maps, A ambient occlusion; shell off: C clipped outline, G normals
 mouse: a click probes a pixel's ray, left drag turns, right or middle drag (or Shift and left drag) moves sideways, wheel zooms";
 
@@ -65,6 +66,8 @@ pub enum Wish {
     ResetCamera,
     /// A picture of what is seen.
     Screenshot,
+    /// The next frame, for RenderDoc.
+    Capture,
     /// The end.
     Quit,
     /// The camera turned by a drag of so many pixels.
@@ -179,6 +182,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
         Key::Named(NamedKey::Space) => Some(Wish::Pause),
         Key::Named(NamedKey::Escape) => Some(Wish::Quit),
         Key::Named(NamedKey::F1) => Some(Wish::Panel),
+        Key::Named(NamedKey::F11) => Some(Wish::Capture),
         Key::Named(NamedKey::F12) => Some(Wish::Screenshot),
         Key::Character(text) => match text.to_lowercase().as_str() {
             "u" => Some(Wish::Panel),
@@ -197,6 +201,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "x" => Some(Wish::Samples),
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
+            "f" => Some(Wish::Capture),
             "n" => Some(Wish::Next),
             "b" => Some(Wish::Back),
             "q" => Some(Wish::Quit),
@@ -265,7 +270,7 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "V", "E", "K", "X", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
+        for letter in ["S", "H", "M", "V", "E", "K", "X", "F", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
             let printed = |keys: &str| keys.contains(&format!(" {letter} "));
             assert!(printed(KEYS) || printed(WALK_KEYS), "{letter}");
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");

@@ -1,5 +1,6 @@
 //! The window: an event loop around the same drawing that runs headless.
 
+mod capture;
 mod clock;
 mod gallery;
 mod input;

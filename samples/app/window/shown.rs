@@ -22,6 +22,7 @@ use winit::{
 };
 
 use super::{
+    capture,
     clock::{Clock, Pace},
     gallery::{Gallery, Subject},
     input::Wish,
@@ -127,6 +128,11 @@ impl<'a> Shown<'a> {
         let window = Arc::new(window);
         let dir = job.common.session.shader_dir.as_deref();
         let reload = dir.map(|dir| Reload::new(dir, window.clone())).transpose()?;
+        let mut clock = Clock::new(job.time_step);
+        if job.settings.view == View::Error && job.sample.moves() {
+            // It shows one moment.
+            clock.toggle_pause();
+        }
         let shown = Shown {
             job,
             drawing,
@@ -141,7 +147,7 @@ impl<'a> Shown<'a> {
             ctx,
             held: None,
             orbit: Orbit::default(),
-            clock: Clock::new(job.time_step),
+            clock,
             pace: Pace::default(),
             count: 0,
             frame_ms: None,
@@ -322,17 +328,18 @@ impl<'a> Shown<'a> {
             Wish::Back => self.walk_on(true)?,
             Wish::ResetCamera => self.reset_camera(),
             Wish::Screenshot => self.screenshot = true,
+            Wish::Capture => self.tell(capture::next_frame()),
             Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
             Wish::Shift(pixels) => self.orbit.shift(&self.pose(), pixels, self.height()),
             Wish::Zoom(notches) => self.orbit.zoom(notches),
-            Wish::Compare => self.compare(self.split.is_none())?,
+            Wish::Compare if self.views() => self.compare(self.split.is_none())?,
             Wish::MoveLine(column) => {
                 if let Some(split) = &mut self.split {
                     split.move_to(column, self.size[0]);
                 }
             }
-            Wish::Probe(at) => self.probe([at.x.max(0.0) as u32, at.y.max(0.0) as u32]),
-            Wish::Quit => {}
+            Wish::Probe(at) if self.views() => self.probe([at.x.max(0.0) as u32, at.y.max(0.0) as u32]),
+            Wish::Compare | Wish::Probe(_) | Wish::Quit => {}
         }
         Ok(())
     }
@@ -521,7 +528,8 @@ impl<'a> Shown<'a> {
         args.surface.apply(&mut settings)?;
         self.displace(args.surface)?;
         let Settings { count_limits, still, .. } = self.job.settings;
-        self.drawing.set_settings(&Settings { count_limits, still, ..settings })?;
+        self.switch_drawing(&Settings { count_limits, still, ..settings })?;
+        self.gallery = self.exhibited().map(Gallery::new);
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &args.camera)?;
         self.drawing.start_at(start);
         self.reset_camera();

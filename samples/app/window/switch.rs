@@ -2,7 +2,9 @@
 //! refuse is out of every key's reach: what no longer fits falls back to the default, and a key that fits nothing does
 //! nothing.
 
-use prism_engine::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View};
+use prism_engine::settings::{
+    DepthPrepass, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+};
 
 /// The same settings with the shell switched on or off: the march follows where it must.
 pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
@@ -105,6 +107,9 @@ pub fn fitting(mut settings: Settings) -> Settings {
     }
     if march == March::None {
         settings.lod_fade = None;
+    }
+    if !shelled(&settings) || settings.msaa > 1 || settings.depth_prepass == DepthPrepass::On {
+        settings.prism_culling = PrismCulling::Auto;
     }
     settings.pixel_lod &= !shelled(&settings) && march.reads_lods();
     settings.dither &= march.steps();

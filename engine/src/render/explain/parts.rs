@@ -27,6 +27,12 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     let height = |of: fn(Height) -> bool| variant.height.is_some_and(of);
     let march = |of: fn(March) -> bool| variant.height.is_some_and(|h| of(h.march));
     part("fragment shader", fragment, "colours or the hit's depth are computed", "the raster's depth is all it is for");
+    part("culling", variant.cull.is_some(), "unseen prisms are dropped before it", "all its prisms are made");
+    let hides = variant.cull.is_some_and(|cull| cull.hidden);
+    part("culling of the hidden", hides, "depth before it drops them", "depth drops their pixels");
+    if variant.pass == Pass::Cull {
+        return parts;
+    }
     part("height field", variant.height.is_some(), "it traces or shades by it", "none moves or shades it");
     part("gl_FragDepth", variant.writes_depth(), "its surface is not the raster's", "its surface is the raster's own");
     let not_behind =

@@ -15,11 +15,11 @@ use self::fade::Span;
 use self::ledger::{Ledger, Need};
 pub use self::lights::ShadowPlan;
 use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
-use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
+use super::variant::{Cull, Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
 use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene};
 use crate::settings::{
-    Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View,
+    Baseline, DepthPrepass, Dicer, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, View,
 };
 use crate::shell::{
     certificate::{self, Folds},
@@ -38,6 +38,8 @@ pub struct Draw {
     pub variant: Variant,
     /// What draws its depth before any colour, if that comes first.
     pub depth: Option<Variant>,
+    /// The pass that lists the prisms it draws, where its stage does not drop the others itself.
+    pub cull: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
     /// When it is drawn; always where nothing fades.
@@ -90,6 +92,20 @@ pub struct Plan {
     pub ledger: Ledger,
     /// Sentences for the user.
     pub notices: Vec<String>,
+}
+
+impl Plan {
+    /// Whether prisms are dropped that the depth of others hides.
+    pub fn hides(&self) -> bool {
+        self.draws.iter().any(Draw::hides)
+    }
+}
+
+impl Draw {
+    /// Whether those of its prisms are dropped that what is nearer hides.
+    pub fn hides(&self) -> bool {
+        self.variant.cull.is_some_and(|cull| cull.hidden)
+    }
 }
 
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
@@ -168,6 +184,7 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
         )));
     }
     tangents::check(scene, settings)?;
+    check_culling(scene, settings)?;
     if let Some(Baseline::Diced { edge, .. }) = settings.baseline
         && !(edge.is_finite() && edge > 0.0)
     {
@@ -183,6 +200,21 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
             procedure.name()
         ))),
     }
+}
+
+fn check_culling(scene: &Scene, settings: &Settings) -> Result<()> {
+    let asked = settings.prism_culling;
+    let why = match asked {
+        PrismCulling::Auto | PrismCulling::Off => return Ok(()),
+        _ if !wants_shell(scene, settings) => "no shell is drawn",
+        _ if settings.keep_all => "--keep-all draws every prism",
+        PrismCulling::Hidden if settings.msaa > 1 => "what is hidden is found with one sample a pixel; use --msaa 1",
+        PrismCulling::Hidden if settings.depth_prepass == DepthPrepass::On => {
+            "--depth-prepass on draws the depth of hidden prisms too"
+        }
+        PrismCulling::View | PrismCulling::Hidden => return Ok(()),
+    };
+    Err(Error::Usage(format!("--prism-culling {asked}: {why}")))
 }
 
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
@@ -206,6 +238,7 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
     trim(settings, &mut plan);
+    plan_culling(scene, settings, stage, &mut plan);
     plan_samples(settings, aov, &mut plan);
     plan_depths(settings, &mut plan);
     plan_edges(settings, &mut plan);
@@ -356,6 +389,7 @@ fn plan_draws(
         per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
+        cull: None,
         // Of the others some add to the shaded picture.
         view: match settings.view {
             View::Base | View::Wireframe | View::Error => View::Shaded,
@@ -365,7 +399,15 @@ fn plan_draws(
     let prisms = geometry.shell.prisms.len() as u32;
     let mut push_in = |span: Option<Span>, variant: Variant, range: Range<u32>| {
         if !range.is_empty() {
-            plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range, span });
+            plan.draws.push(Draw {
+                instance: index,
+                primitive: planned,
+                variant,
+                depth: None,
+                cull: None,
+                range,
+                span,
+            });
         }
     };
     let mut push = |variant: Variant, range: Range<u32>| push_in(None, variant, range);
@@ -462,6 +504,27 @@ fn trim(settings: &Settings, plan: &mut Plan) {
     }
 }
 
+/// Which draws' prisms are dropped unseen, before the stage that makes them.
+fn plan_culling(scene: &Scene, settings: &Settings, stage: Stage, plan: &mut Plan) {
+    for draw in plan.draws.iter_mut().filter(|draw| draw.variant.geometry.stage().is_some()) {
+        let planned = &plan.primitives[draw.primitive];
+        let of = primitive_name(scene, planned.mesh, planned.primitive);
+        let prisms = draw.range.len();
+        if !plan.ledger.decide(&of, "culling", needs::culling(settings, stage, prisms)) {
+            continue;
+        }
+        let hidden = plan.ledger.decide(&of, "culling of the hidden", needs::hidden_culling(settings));
+        draw.variant.cull = Some(Cull { hidden, counted: settings.count_limits });
+        draw.cull = draw.variant.for_culling();
+    }
+}
+
+/// Whether prisms may be dropped unseen, before the plan: what the device is asked for.
+pub fn may_cull(scene: &Scene, settings: &Settings) -> bool {
+    let decided = |prisms| matches!(needs::culling(settings, Stage::Mesh, prisms), Need::Yes(_));
+    wants_shell(scene, settings) && drawn(scene).any(|primitive| decided(primitive.triangles.len()))
+}
+
 /// What draws a displaced primitive as a baseline does. `plain`: its variant without displacement.
 fn baseline_variant(baseline: Baseline, displacement: &Displacement, plain: Variant) -> Variant {
     match baseline {
@@ -505,7 +568,7 @@ fn plan_edges(settings: &Settings, plan: &mut Plan) {
             continue;
         }
         let variant = draw.variant.for_edges(geometry);
-        edges.push(Draw { variant, depth: None, span: None, ..draw.clone() });
+        edges.push(Draw { variant, depth: None, cull: None, span: None, ..draw.clone() });
     }
     plan.draws.append(&mut edges);
 }

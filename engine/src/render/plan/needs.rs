@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::ledger::Need;
 use crate::scene::{HeightMap, HeightTexels, Instance, Light, LightKind, Material, Mesh, Primitive, Scene};
-use crate::settings::{SelfShadow, Settings, Shell};
+use crate::settings::{DepthPrepass, PrismCulling, SelfShadow, Settings, Shell, Stage};
 use crate::shell::{
     certificate,
     prisms::{self, ShellGeometry, Wall},
@@ -179,6 +179,36 @@ pub fn sixteen_bits(map: &HeightMap) -> Need {
             "its heights are not all among 256 even steps",
             "8 hold each of its heights exactly",
         ),
+    }
+}
+
+/// Prisms of a primitive from which on it pays to drop unseen ones: below, all are made in the time that testing them takes.
+const CULLED_FROM: usize = 4096;
+
+/// Dropping a primitive's prisms that lie outside the view or, lids, face away, before the stage that makes them.
+pub fn culling(settings: &Settings, stage: Stage, prisms: usize) -> Need {
+    match settings.prism_culling {
+        PrismCulling::Off => Need::No("--prism-culling off, or a mesh stage without a task stage".into()),
+        _ if settings.keep_all => Need::No("--keep-all draws every prism".into()),
+        PrismCulling::Auto if prisms < CULLED_FROM => {
+            Need::No(format!("its {prisms} prisms are made in the time that testing them would take"))
+        }
+        PrismCulling::Auto if stage == Stage::Geometry && settings.resolved_shell() == Shell::Walk => {
+            Need::No("a pass that lists lids for the geometry stage costs what it spares".into())
+        }
+        PrismCulling::Auto => Need::Yes(format!("many of {prisms} prisms may lie outside the view")),
+        asked => Need::Yes(format!("--prism-culling {asked}")),
+    }
+}
+
+/// Dropping those too that what is nearer hides.
+pub fn hidden_culling(settings: &Settings) -> Need {
+    match settings.prism_culling {
+        PrismCulling::Hidden => Need::Yes("--prism-culling hidden".into()),
+        PrismCulling::Auto if settings.msaa > 1 => Need::No("a pixel has several depths".into()),
+        PrismCulling::Auto if settings.depth_prepass == DepthPrepass::On => Need::No("depth comes first".into()),
+        PrismCulling::Auto => Need::Yes("what lies behind others traces its rays in vain".into()),
+        PrismCulling::Off | PrismCulling::View => Need::No("not asked for".into()),
     }
 }
 

@@ -83,17 +83,19 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
         }
     }
 
-    ui.horizontal(|ui| {
-        let (text, tip) = match facts.split {
-            None => ("compare", "Keeps these settings on the right of a line; what you change is on its left."),
-            Some(_) => ("compare no more", "Shows the first settings alone."),
-        };
-        if ui.button(text).on_hover_text(tip).clicked() {
-            actions.push(Action::Compare(facts.split.is_none()));
-        }
-        if facts.split.is_some() && ui.button("swap").on_hover_text("Exchanges left and right.").clicked() {
-            actions.push(Action::Swap);
-        }
+    ui.add_enabled_ui(facts.views, |ui| {
+        ui.horizontal(|ui| {
+            let (text, tip) = match facts.split {
+                None => ("compare", "Keeps these settings on the right of a line; what you change is on its left."),
+                Some(_) => ("compare no more", "Shows the first settings alone."),
+            };
+            if ui.button(text).on_hover_text(tip).clicked() {
+                actions.push(Action::Compare(facts.split.is_none()));
+            }
+            if facts.split.is_some() && ui.button("swap").on_hover_text("Exchanges left and right.").clicked() {
+                actions.push(Action::Swap);
+            }
+        })
     });
     let mut now = facts.settings.clone();
     if facts.views {
