@@ -1,6 +1,6 @@
 //! The command line's grammar: what can be typed. What it means is decided in [`super::choices`].
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
@@ -384,8 +384,8 @@ pub struct ReportArgs {
 #[cfg(feature = "report")]
 impl ReportArgs {
     /// The time that it may take.
-    pub fn budget(&self) -> Duration {
-        Duration::from_secs(60 * u64::from(self.minutes.unwrap_or(if self.quick { 2 } else { 20 })))
+    pub fn budget(&self) -> std::time::Duration {
+        std::time::Duration::from_secs(60 * u64::from(self.minutes.unwrap_or(if self.quick { 2 } else { 20 })))
     }
 
     /// The pictures' size.
