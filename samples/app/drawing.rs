@@ -139,6 +139,7 @@ impl<'a> Drawing<'a> {
             rows: Vec::new(),
             latest: None,
             limits: None,
+            culled: None,
             ctx: self.ctx.clone(),
         })
     }
