@@ -149,6 +149,63 @@ fn channels_are_those_asked_for() {
     }
 }
 
+/// KHR_materials_specular: what reflects nothing is lit diffusely alone, each texture stands for its factor, metal has no
+/// use for either.
+#[test]
+fn specular_is_what_the_file_or_the_flag_says() {
+    let folder = folder();
+    let mut files = 0;
+    let mut scene = |colour: [f32; 3], metallic: f32, specular: Option<[u8; 4]>, extension: serde_json::Value| {
+        let path = folder.path().join(files.to_string());
+        files += 1;
+        std::fs::create_dir(&path).expect("a folder");
+        let mut gltf = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 }));
+        let [r, g, b] = colour;
+        let pbr = json!({ "baseColorFactor": [r, g, b, 1], "metallicFactor": metallic, "roughnessFactor": 0.6 });
+        gltf.set("/materials/0/pbrMetallicRoughness", pbr);
+        gltf.set("/materials/0/extensions", json!({ "KHR_materials_specular": extension }));
+        if let Some(colour) = specular {
+            let texture = texture(&mut gltf, colour);
+            gltf.set("/materials/0/extensions/KHR_materials_specular/specularTexture", json!({ "index": texture }));
+            gltf.set(
+                "/materials/0/extensions/KHR_materials_specular/specularColorTexture",
+                json!({ "index": texture }),
+            );
+        }
+        gltf.write(&path)
+    };
+    const GREY: [f32; 3] = [0.5; 3];
+    let plain = scene(GREY, 0.0, None, json!({}));
+    let matt = scene(GREY, 0.0, None, json!({ "specularFactor": 0 }));
+    // 51 / 255 is 0.2; of colours 255 is 1 and 0 is 0.
+    let mapped = scene(GREY, 0.0, Some([255, 0, 255, 51]), json!({ "specularColorFactor": [8, 1, 2] }));
+    let factors = scene(GREY, 0.0, None, json!({ "specularFactor": 0.2, "specularColorFactor": [8, 0, 2] }));
+    let black = scene([0.0; 3], 0.0, None, json!({ "specularFactor": 0 }));
+    let metals = [json!({}), json!({ "specularFactor": 0.2, "specularColorFactor": [8, 0, 2] })]
+        .map(|extension| scene(GREY, 1.0, None, extension));
+    for way in ["--shell prism", "--shell off --march pom"] {
+        let colors = |scene, flags: &str| frame(scene, &format!("{way} {flags}")).aov().color;
+        let same = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+            a.iter().flatten().zip(b.iter().flatten()).filter(|(a, b)| (*a - *b).abs() > 1e-6).count()
+        };
+        let (shown, dull) = (colors(&plain, ""), colors(&plain, "--specular 0"));
+        let changed = same(&shown, &dull);
+        assert!(changed > 1000, "{way}: {changed} values changed");
+        assert_eq!(same(&dull, &colors(&matt, "")), 0, "{way}: the flag and the factor");
+        let dark = colors(&black, "");
+        assert!(dark.iter().flatten().all(|value| *value == 0.0), "{way}: black that reflects nothing is lit");
+        let (mapped, factors) = (colors(&mapped, ""), colors(&factors, ""));
+        assert_eq!(same(&mapped, &factors), 0, "{way}: the textures and the factors");
+        // Of the colour (8, 0, 2) nothing is reflected in green at normal incidence, and more in red than in blue; the
+        // few pixels that only the sky lights have its colour.
+        let right = factors.iter().filter(|[r, g, b]| r > b && b > g).count();
+        let lit = factors.iter().filter(|color| color.iter().any(|value| *value > 0.0)).count();
+        assert!(right > 1000 && right * 100 > lit * 99, "{way}: {right} pixels of {lit} have its colour");
+        let [metal, changed] = metals.each_ref().map(|scene| colors(scene, ""));
+        assert_eq!(metal, changed, "{way}: metal");
+    }
+}
+
 /// Where nothing of the sky is seen, direct light goes by the share that is asked for.
 #[test]
 fn occlusion_dims_direct_light_by_its_share() {
@@ -210,4 +267,30 @@ fn what_cannot_be_adjusted_is_refused() {
     gltf.remove("/materials/0/extras");
     let scene = gltf.write(folder.path());
     draw("render", &scene).words("--midlevel 1").within(folder.path()).run().ends(1).complains(&["displacement"]);
+}
+
+#[test]
+fn the_sun_and_its_strength_follow_their_flags() {
+    let folder = folder();
+    let scene = sheet(false, Wrap::Repeat, json!({ "scale": 0.2 })).write(folder.path());
+    let colours = |flags: &str| frame(&scene, &format!("--shell off --march normal {flags}")).aov().color;
+    let near = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    let plain = colours("");
+    assert!(plain.iter().flatten().any(|value| *value > 0.1));
+    // A scene without a light gets one that comes from (-0.4, 1, 0.6).
+    let around = f64::atan2(-0.4, 0.6).to_degrees();
+    let above = (1.0 / (0.4f64 * 0.4 + 1.0 + 0.6 * 0.6).sqrt()).asin().to_degrees();
+    let told = colours(&format!("--sun {around},{above}"));
+    assert!(near(&plain, &told) < 1e-5, "{}", near(&plain, &told));
+    let behind = colours("--sun 180,0");
+    assert!(near(&plain, &behind) > 0.05, "{}", near(&plain, &behind));
+    // What the sky gives stays, what the light gives is as strong as it is.
+    let dark = colours("--light-intensity 0");
+    assert!(near(&dark, &behind) < 0.02, "{}", near(&dark, &behind));
+    let triple = colours("--light-intensity 3");
+    let expected: Vec<[f32; 3]> =
+        plain.iter().zip(&dark).map(|(p, d)| std::array::from_fn(|k| d[k] + 3.0 * (p[k] - d[k]))).collect();
+    assert!(near(&triple, &expected) < 1e-4, "{}", near(&triple, &expected));
 }

@@ -4,9 +4,9 @@
 
 mod common;
 
-use std::{env, fs, path::Path};
+use std::{env, ffi::OsStr, fs, path::Path};
 
-use common::{Picture, draw, folder, leftovers};
+use common::{Picture, asset, draw, folder, leftovers};
 
 /// lavapipe compiles for the CPU it finds: across CPU types a few pixels at edges and creases fall on the other side, and
 /// no others change by more than rounding.
@@ -20,7 +20,7 @@ fn compare(name: &str, command: &str, subject: &str, flags: &str) {
     compare_at("192x144", name, command, subject, flags);
 }
 
-fn compare_at(size: &str, name: &str, command: &str, subject: &str, flags: &str) {
+fn compare_at(size: &str, name: &str, command: &str, subject: impl AsRef<OsStr>, flags: &str) {
     let folder = folder();
     let file = format!("{name}.png");
     let call = draw(command, subject).words(&format!("--headless --size {size} {flags} --out {file}"));
@@ -69,6 +69,28 @@ fn prism_shell_a_quarter_turn_later() {
 fn techniques() {
     // Its fifteen cells lie down.
     compare_at("260x108", "techniques", "run", "techniques", "");
+}
+
+/// Near enough, and by so few steps, where it takes any, that the searches differ to the eye.
+fn technique(shell: &str, march: &str) {
+    let name = format!("technique_{shell}_{march}");
+    let steps = if STEPPED.contains(&march) { "--min-steps 3 --max-steps 6" } else { "" };
+    let flags = format!("--fov-y 12 --shell {shell} --march {march} {steps}");
+    compare_at("128x72", &name, "render", asset("techniques.gltf"), &flags);
+}
+
+const STEPPED: [&str; 5] = ["steep", "pom", "relief", "secant", "contact"];
+const OTHER_RAYS: [&str; 3] = ["cone", "relaxed-cone", "exact"];
+
+#[test]
+fn each_technique_on_the_base_surface() {
+    let techniques = ["none", "normal", "offset"].into_iter().chain(STEPPED).chain(OTHER_RAYS);
+    techniques.for_each(|march| technique("off", march));
+}
+
+#[test]
+fn each_technique_in_a_shell() {
+    STEPPED.into_iter().chain(OTHER_RAYS).for_each(|march| technique("walk", march));
 }
 
 #[test]

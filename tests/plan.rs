@@ -17,7 +17,7 @@ use prism_engine::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
         LightKind, Material, Mesh, Procedure, Sampler, Scene, TextureRef, Wrap,
     },
-    settings::{March, SelfShadow, Settings, Shell, Stage},
+    settings::{March, PrismCulling, SelfShadow, Settings, Shell, Stage},
 };
 use rig::{FORMAT, Rig, asset, square::square};
 
@@ -283,6 +283,13 @@ fn cases() -> Vec<Case> {
             )
         },
         Case {
+            settings: Settings { prism_culling: PrismCulling::Hidden, ..Case::plain("", floor()).settings },
+            has: &["prisms", "seen prisms of draw 0", "depth tiles"],
+            lacks: &["indices", "adjacency", "lids", "culled prisms of slot 0"],
+            passes: &["culling", "shell", "depth tiles", "culling again", "shell again"],
+            ..Case::shell("prisms of which the unseen are dropped", displaced(bumps, 0.2, 0.5))
+        },
+        Case {
             settings: Settings { march: March::Exact, shell: Shell::Walk, ..Settings::default() },
             has: &["prisms", "adjacency", "lids", "borders", "pyramid"],
             lacks: &["hierarchy", "shadow maps"],
@@ -331,8 +338,9 @@ fn explained(scene: &Scene, settings: &Settings, plan: &Plan) -> Explanation {
 /// A device with exactly the features that the scene asks for.
 fn rig_for(scene: &Scene, settings: &Settings) -> Rig {
     let features = render::features(scene, settings, false);
-    assert!(features.optional.is_empty() || settings.stage == Stage::Auto, "{features:?}");
-    Rig::asking(&features.required)
+    let tasks = |feature: &Feature| *feature == Feature::TaskShader;
+    assert!(features.optional.iter().all(tasks) || settings.stage == Stage::Auto, "{features:?}");
+    Rig::asking(&[features.required, features.optional].concat())
 }
 
 #[test]
@@ -349,6 +357,8 @@ fn what_a_scene_needs_is_created_and_no_more() {
             for (feature, its) in [(Feature::MeshShader, Stage::Mesh), (Feature::GeometryShader, Stage::Geometry)] {
                 assert_eq!(enabled.contains(&feature), case.shell && stage == its, "{of}: {enabled:?}");
             }
+            let culled = settings.prism_culling != PrismCulling::Auto;
+            assert_eq!(enabled.contains(&Feature::TaskShader), culled && stage == Stage::Mesh, "{of}: {enabled:?}");
             assert_eq!(enabled.contains(&Feature::SampleRateShading), settings.msaa > 1, "{of}: {enabled:?}");
             assert_eq!(
                 enabled.contains(&Feature::FragmentStoresAndAtomics),
@@ -377,7 +387,10 @@ fn what_a_scene_needs_is_created_and_no_more() {
             assert_eq!(images, case.images.iter().map(|name| (*name).to_owned()).collect(), "{of}");
 
             // The passes of a frame, and what is allocated after it.
-            assert_eq!(easel.passes(&case.scene.camera.unwrap()), case.passes, "{of}");
+            // The mesh stage has a task stage before it, in place of a pass.
+            let lists = |name: &&&str| stage == Stage::Geometry || !name.starts_with("culling");
+            let passes: Vec<_> = case.passes.iter().filter(lists).copied().collect();
+            assert_eq!(easel.passes(&case.scene.camera.unwrap()), passes, "{of}");
             let allocated: BTreeSet<_> = rig.allocations().into_iter().collect();
             let has = |end: &str| allocated.iter().any(|name| name.ends_with(end));
             for end in case.has {
@@ -388,6 +401,7 @@ fn what_a_scene_needs_is_created_and_no_more() {
             }
             let meshlets = case.shell && settings.resolved_shell() == Shell::Walk && stage == Stage::Mesh;
             assert_eq!(has("meshlets"), meshlets, "{of}");
+            assert_eq!(has("kept prisms of draw 0"), culled && stage == Stage::Geometry, "{of}");
 
             // The same by its explanation: no allocation that it does not tell, and none that is not there.
             let told = explained(&case.scene, &settings, easel.plan());
@@ -403,8 +417,8 @@ fn what_a_scene_needs_is_created_and_no_more() {
             }
             let pipelines: Vec<_> = easel.pipelines().into_iter().map(|(name, _)| name).collect();
             assert_eq!(told.pipelines.iter().map(|p| p.name.clone()).collect::<Vec<_>>(), pipelines, "{of}");
-            let passes: Vec<_> = told.passes.iter().map(|pass| pass.name).filter(|name| *name != "resolve").collect();
-            assert_eq!(passes, case.passes, "{of}");
+            let frame: Vec<_> = told.passes.iter().map(|pass| pass.name).filter(|name| *name != "resolve").collect();
+            assert_eq!(frame, passes, "{of}");
             let names: BTreeSet<_> = enabled.iter().map(|feature| feature.name()).collect();
             assert_eq!(told.features.into_iter().collect::<BTreeSet<_>>(), names, "{of}");
             assert_eq!(told.extensions, extensions, "{of}");
@@ -456,7 +470,8 @@ fn a_pipeline_s_parts_are_those_of_its_code() {
 /// Draws with the plan and with all kept; how many pixels of the picture differ by more than rounding.
 fn differing(rig: &Rig, scene: &Scene, settings: &Settings) -> usize {
     let [plan, all] = [false, true].map(|keep_all| {
-        let settings = Settings { keep_all, ..settings.clone() };
+        let prism_culling = if keep_all { PrismCulling::Off } else { settings.prism_culling };
+        let settings = Settings { keep_all, prism_culling, ..settings.clone() };
         let mut easel = rig.try_easel_with(scene, &settings, EXTENT, false).expect("a renderer");
         let kept = easel.plan().ledger.decisions().iter().filter(|decision| decision.kept).count();
         (easel.picture(&scene.camera.unwrap()), kept)
@@ -469,7 +484,7 @@ fn differing(rig: &Rig, scene: &Scene, settings: &Settings) -> usize {
 /// A device for every case.
 fn able() -> Rig {
     use Feature as F;
-    Rig::asking(&[F::MeshShader, F::GeometryShader, F::FragmentStoresAndAtomics, F::SampleRateShading])
+    Rig::asking(&[F::TaskShader, F::MeshShader, F::GeometryShader, F::FragmentStoresAndAtomics, F::SampleRateShading])
 }
 
 #[test]

@@ -115,18 +115,27 @@ impl User {
     }
 
     /// A click with the left button at a pixel of the window, over whatever another test has put there.
-    fn click(&self, window: Window, [x, y]: [i16; 2]) {
+    fn click(&self, window: Window, at: [i16; 2]) {
+        self.drag(window, at, at);
+    }
+
+    /// The left button pressed at one pixel and let go of at another, over whatever another test has put there.
+    fn drag(&self, window: Window, from: [i16; 2], to: [i16; 2]) {
         let above = ConfigureWindowAux::new().stack_mode(StackMode::ABOVE);
         self.x.configure_window(window, &above).expect("sent").check().expect("its place");
-        let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
-        let send = |kind: u8, detail: u8| {
+        let send = |kind: u8, detail: u8, [x, y]: [i16; 2]| {
+            let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
             let sent = self.x.xtest_fake_input(kind, detail, 0, self.root, at.dst_x, at.dst_y, 0);
             sent.expect("sent").check().expect("the mouse");
             thread::sleep(Duration::from_millis(60));
         };
-        send(MOTION_NOTIFY_EVENT, 0);
-        send(BUTTON_PRESS_EVENT, 1);
-        send(BUTTON_RELEASE_EVENT, 1);
+        send(MOTION_NOTIFY_EVENT, 0, from);
+        send(BUTTON_PRESS_EVENT, 1, from);
+        let half = [(from[0] + to[0]) / 2, (from[1] + to[1]) / 2];
+        for at in [half, to].into_iter().filter(|at| *at != from) {
+            send(MOTION_NOTIFY_EVENT, 0, at);
+        }
+        send(BUTTON_RELEASE_EVENT, 1, to);
     }
 
     fn resize(&self, window: Window, width: u32, height: u32) {
@@ -387,15 +396,29 @@ fn a_shader_edited_meanwhile_is_drawn_with_as_soon_as_it_compiles() {
     clean(outcome);
 }
 
-/// The middle of the panel's first button, if it is seen: of the uppermost row of pixels in a button's grey.
-fn first_button(picture: &Picture) -> Option<[i16; 2]> {
+/// The middles of the panel's first `count` buttons, if as many are seen: row by row, of the uppermost pixels in a
+/// button's grey.
+fn buttons(picture: &Picture, count: usize) -> Option<Vec<[i16; 2]>> {
     let grey = |pixel: &[u8; 3]| pixel.iter().all(|value| value.abs_diff(60) <= 2);
-    let mut rows = picture.pixels.chunks_exact(picture.width as usize).enumerate();
-    rows.find_map(|(y, row)| {
-        let from = row.iter().position(grey)?;
-        let wide = row[from..].iter().take_while(|pixel| grey(pixel)).count();
-        (wide > 40).then_some([(from + wide / 2) as i16, y as i16 + 4])
-    })
+    let mut found: Vec<[i16; 2]> = Vec::new();
+    let mut next = 0;
+    for (y, row) in picture.pixels.chunks_exact(picture.width as usize).enumerate() {
+        let mut from = 0;
+        for run in row[..300].chunk_by(|a, b| grey(a) == grey(b)) {
+            if y >= next && grey(&run[0]) && run.len() > 40 {
+                found.push([(from + run.len() / 2) as i16, y as i16 + 4]);
+            }
+            from += run.len();
+        }
+        // Below its first row a button is interrupted by its own words.
+        if found.last().is_some_and(|at| at[1] == y as i16 + 4) {
+            next = y + 20;
+        }
+        if found.len() >= count {
+            return Some(found);
+        }
+    }
+    None
 }
 
 #[test]
@@ -426,8 +449,23 @@ fn the_panel_is_drawn_and_clicked() {
     // click is seen.
     let before = user.clipboard();
     wait("the clipboard", &mut process, || {
-        user.click(window, first_button(&user.picture(window))?);
+        user.click(window, buttons(&user.picture(window), 1)?[0]);
         (user.clipboard() != before).then_some(())
+    });
+    // 'save view', another march, 'load view'.
+    let title = |part: &str, process: &mut Running| {
+        wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
+    };
+    wait("a saved view", &mut process, || {
+        user.click(window, buttons(&user.picture(window), 4)?[2]);
+        folder.path().join("viewer-view-1.json").exists().then_some(())
+    });
+    user.focus(window);
+    user.press('m'.into());
+    title("march normal", &mut process);
+    wait("the view as it was saved", &mut process, || {
+        user.click(window, buttons(&user.picture(window), 4)?[3]);
+        user.title(window).contains("march none").then_some(())
     });
     user.focus(window);
     user.press('u'.into());
@@ -437,6 +475,85 @@ fn the_panel_is_drawn_and_clicked() {
     assert!(outcome.stderr.contains("copied: prism run viewer --scene"), "{outcome}");
     assert!(outcome.stderr.contains("--shell off --march none --size 960x720"), "{outcome}");
     clean(outcome);
+}
+
+#[test]
+fn a_screen_with_two_pixels_a_point_shows_the_same_picture_and_is_clicked_on() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    user.point_away();
+    let display = env::var_os("DISPLAY").expect("an X server");
+    let words = "--size 480x320 --shell off --march none";
+    let call = draw("run", "viewer").words(words).env("DISPLAY", display).env("WINIT_X11_SCALE_FACTOR", "2");
+    let mut process = call.start();
+    let window = user.window_of(&mut process);
+    // The size is in pixels, whatever a point is.
+    let bare = headless("viewer", [480, 320], "--shell off --march none");
+    shows(&user, window, &mut process, &bare);
+    user.focus(window);
+    user.press('k'.into());
+    user.press('8'.into());
+    let uv = headless("viewer", [480, 320], "--shell off --march none --view uv");
+    // A line may be held as far away as a finger is wide: twice as many pixels.
+    wait("two pictures", &mut process, || {
+        let seen = columns(&user.picture(window), 100, 230);
+        (difference(&seen, &columns(&uv, 100, 230)) < 0.01).then_some(())
+    });
+    user.drag(window, [250, 200], [400, 200]);
+    wait("the line further right", &mut process, || {
+        let seen = columns(&user.picture(window), 100, 390);
+        (difference(&seen, &columns(&uv, 100, 390)) < 0.01).then_some(())
+    });
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+/// A library of RenderDoc's name and with its one entry, whose table says on stderr when it is to take a frame.
+fn renderdoc(folder: &Path) -> PathBuf {
+    let source = folder.join("renderdoc.c");
+    let text = "#include <stdio.h>\n\
+                static int nothing(void) { return 0; }\n\
+                static void trigger(void) { fputs(\"takes a frame\\n\", stderr); }\n\
+                int RENDERDOC_GetAPI(int version, void **out) {\n\
+                    static void *table[40];\n\
+                    for (int i = 0; i < 40; ++i) table[i] = i == 15 ? (void *)trigger : (void *)nothing;\n\
+                    *out = table;\n\
+                    return 1;\n\
+                }\n";
+    fs::write(&source, text).expect("a file");
+    let library = folder.join("librenderdoc.so");
+    let mut compiler = std::process::Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"]).arg(&library).arg(&source);
+    assert!(compiler.status().expect("a C compiler, which linking needs too").success());
+    library
+}
+
+#[test]
+fn renderdoc_takes_a_frame_where_it_is_loaded() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let folder = folder();
+    let library = renderdoc(folder.path());
+    for loaded in [true, false] {
+        let display = env::var_os("DISPLAY").expect("an X server");
+        let mut call = draw("run", "viewer").words("--size 160x120 --shell off --march none").env("DISPLAY", display);
+        if loaded {
+            call = call.env("LD_PRELOAD", &library);
+        }
+        let mut process = call.start();
+        let window = user.window_of(&mut process);
+        user.focus(window);
+        // Keys come in their order: once the view is there, the first one has been seen to.
+        user.press('f'.into());
+        user.press('8'.into());
+        wait("the view", &mut process, || user.title(window).contains("view uv").then_some(()));
+        user.press(ESCAPE);
+        let outcome = process.wait();
+        let told = if loaded { "RenderDoc takes the next frame" } else { "RenderDoc is not there" };
+        assert!(outcome.stderr.contains(told), "{outcome}");
+        assert_eq!(outcome.stderr.contains("takes a frame\n"), loaded, "{outcome}");
+        clean(outcome);
+    }
 }
 
 #[test]
@@ -452,4 +569,100 @@ fn it_ends_after_the_frames_that_were_asked_for() {
 fn a_display_that_is_not_there() {
     let call = draw("run", "prism_shell").words("--size 64x48").env("DISPLAY", ":65500");
     call.run().ends(77).complains(&["window"]);
+}
+
+#[test]
+fn a_view_is_chosen_by_its_key_and_the_error_comes_when_it_is_known() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let flags = "--shell off --march relief";
+    let mut process = open("viewer", flags);
+    let window = user.window_of(&mut process);
+    shows(&user, window, &mut process, &headless("viewer", [320, 240], flags));
+    user.focus(window);
+    // Prisms, the fourth view, are none of a base surface's: the key does nothing.
+    user.press('4'.into());
+    for (key, view) in [('8', "uv"), ('v', "height"), ('e', "error"), ('2', "base")] {
+        user.press(key.into());
+        wait(&format!("view {view}"), &mut process, || {
+            user.title(window).contains(&format!("view {view}")).then_some(())
+        });
+        shows(&user, window, &mut process, &headless("viewer", [320, 240], &format!("{flags} --view {view}")));
+    }
+    user.press('1'.into());
+    shows(&user, window, &mut process, &headless("viewer", [320, 240], flags));
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+/// Columns of a picture, below what stands along its upper edge.
+fn columns(picture: &Picture, from: usize, to: usize) -> Picture {
+    let rows = picture.pixels.chunks_exact(picture.width as usize).skip(60);
+    let pixels: Vec<[u8; 3]> = rows.flat_map(|row| row[from..to].to_vec()).collect();
+    Picture { width: (to - from) as u32, height: picture.height - 60, pixels }
+}
+
+#[test]
+fn two_settings_are_compared_at_a_line_that_is_dragged() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    user.point_away();
+    let flags = "--shell off --march none";
+    let size = [480, 320];
+    let mut process = open_sized("viewer", size, flags);
+    let window = user.window_of(&mut process);
+    let (shaded, uv) = (headless("viewer", size, flags), headless("viewer", size, &format!("{flags} --view uv")));
+    shows(&user, window, &mut process, &shaded);
+    user.focus(window);
+    user.press('k'.into());
+    user.press('8'.into());
+    let parted = |at: usize, process: &mut Running| {
+        wait(&format!("two pictures, parted at {at}"), process, || {
+            let seen = user.picture(window);
+            let same = |expected: &Picture, from: usize, to: usize| {
+                difference(&columns(&seen, from, to), &columns(expected, from, to)) < 0.01
+            };
+            (same(&uv, 0, at - 4) && same(&shaded, at + 4, 480)).then_some(seen)
+        })
+    };
+    let seen = parted(240, &mut process);
+    assert!(seen.pixels[200 * 480 + 238..200 * 480 + 243].contains(&[255; 3]), "no line");
+    // Along the upper edge both GPU times are written, right and left of it.
+    wait("both times", &mut process, || {
+        let seen = user.picture(window);
+        let written = |from: usize, to: usize| {
+            let rows = seen.pixels.chunks_exact(480).take(30);
+            rows.flat_map(|row| &row[from..to]).filter(|pixel| pixel.iter().all(|value| *value > 200)).count()
+        };
+        // Beyond the letters' place.
+        (written(150, 215) > 40 && written(265, 330) > 40).then_some(())
+    });
+    user.drag(window, [240, 200], [120, 180]);
+    parted(120, &mut process);
+    user.focus(window);
+    user.press('k'.into());
+    shows(&user, window, &mut process, &uv);
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+#[test]
+fn a_click_probes_the_pixel_and_turns_nothing() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let size = [720, 480];
+    let mut process = open_sized("viewer", size, "--shell off --march none");
+    let window = user.window_of(&mut process);
+    let bare = headless("viewer", size, "--shell off --march none");
+    shows(&user, window, &mut process, &bare);
+    user.click(window, [5, 5]);
+    user.click(window, [360, 240]);
+    wait("the drawing", &mut process, || {
+        let seen = user.picture(window);
+        let right = difference(&columns(&seen, 300, 720), &columns(&bare, 300, 720));
+        (right > 0.3 && difference(&columns(&seen, 0, 150), &columns(&bare, 0, 150)) < 0.01).then_some(())
+    });
+    user.focus(window);
+    user.press(ESCAPE);
+    clean(process.wait());
 }

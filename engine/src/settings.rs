@@ -175,6 +175,54 @@ pub enum DepthPrepass {
     On,
 }
 
+/// Which prisms of shells are dropped before the stage that makes them. The picture is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PrismCulling {
+    /// Where there are so many that it pays: see `render::plan`.
+    #[default]
+    Auto,
+    /// None.
+    Off,
+    /// What lies outside the view, and lids that face away.
+    View,
+    /// Also what lies behind what is nearer, its own shell's horizon included: the prisms seen in the last frame are drawn
+    /// first, then those of the others that their depth does not hide.
+    Hidden,
+}
+
+/// What a picture shows of a frame. Colours of what is no shading are the picture's own values, 0 to 1: no light, no tone
+/// mapping. Counts lie on a scale from black (0) over 1 to 256, whose lightness rises, an eighth of it each doubling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum View {
+    /// The shaded surface.
+    #[default]
+    Shaded,
+    /// The base mesh, not displaced, and the edges of its triangles.
+    Base,
+    /// The shaded surface and the edges of its prisms, at the lowest and highest level of each, where nothing hides them.
+    Wireframe,
+    /// A colour for each prism; grey where there is none.
+    Prisms,
+    /// Prisms that the walk has visited, from where the ray comes in to its hit.
+    Walk,
+    /// Reads of heights, their bounds and cones, until the pixel's colour is known: shading's and shadow rays' too.
+    Gathers,
+    /// Red where a loop has given up at its limit.
+    Limits,
+    /// Red u, green v, each from 0 to 1; blue in every second tile of the plane.
+    Uv,
+    /// Grey, from black at 0 to white at 1.
+    Height,
+    /// The surface's own normal in the world, x, y and z each from -1 to 1.
+    Normal,
+    /// Grey, from white to black within each doubling of the view depth.
+    Depth,
+    /// White where the first light is seen.
+    Shadow,
+    /// The depth error against the reference. A renderer knows none, so it shades: whoever has both compares their AOVs.
+    Error,
+}
+
 /// What is drawn in place of a displaced primitive's shell, for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
@@ -297,10 +345,17 @@ pub struct Settings {
     pub cascades: u32,
     /// Depth before colours.
     pub depth_prepass: DepthPrepass,
+    /// Prisms that are dropped unseen.
+    pub prism_culling: PrismCulling,
     /// Samples of a pixel: 1 or 4. Surface data keep one, at the pixel's centre.
     pub msaa: u32,
+    /// What the picture shows. Surface data are always those of the surface.
+    pub view: View,
     /// Count the loops that reach their limit; costs a storage buffer that fragments write.
     pub count_limits: bool,
+    /// Count the reads of height maps, and of bounds and cones over them, that fragments make; costs the same.
+    /// Where surface data are written beside several samples a pixel, it is their one sample that counts.
+    pub count_reads: bool,
     /// Replaces the shell.
     pub baseline: Option<Baseline>,
     /// Neither instances nor lights move while these are in force: what only their motion could need is left out.
@@ -340,8 +395,11 @@ impl Default for Settings {
             shadow_map_size: 1024,
             cascades: 3,
             depth_prepass: DepthPrepass::Auto,
+            prism_culling: PrismCulling::Auto,
             msaa: 1,
+            view: View::Shaded,
             count_limits: false,
+            count_reads: false,
             baseline: None,
             still: false,
             keep_all: false,
@@ -355,6 +413,44 @@ impl Settings {
         match self.shell {
             Shell::Auto => Shell::Walk,
             other => other,
+        }
+    }
+
+    /// Whether fragments count something.
+    pub fn counts(&self) -> bool {
+        self.count_limits || self.count_reads
+    }
+
+    /// What is drawn under them: a base mesh is its triangles, without their heights.
+    pub fn drawn(&self) -> Settings {
+        match self.view {
+            View::Base => Settings {
+                shell: Shell::Off,
+                march: March::None,
+                silhouette: Silhouette::None,
+                self_shadow: SelfShadow::Off,
+                lod_fade: None,
+                ambient_occlusion: false,
+                pixel_lod: false,
+                dither: false,
+                tangents: Tangents::Auto,
+                ..self.clone()
+            },
+            _ => self.clone(),
+        }
+    }
+
+    /// Whether its view has something to show under the other settings.
+    pub fn shows_view(&self) -> bool {
+        let rays = matches!(self.view, View::Walk | View::Gathers | View::Limits);
+        match self.view {
+            View::Base | View::Wireframe | View::Prisms if self.baseline.is_some() => false,
+            _ if rays && self.baseline.is_some() => false,
+            View::Wireframe | View::Prisms => self.resolved_shell() != Shell::Off,
+            View::Walk => self.resolved_shell() == Shell::Walk,
+            View::Gathers => self.march != March::None,
+            View::Limits => self.march.traces(),
+            _ => true,
         }
     }
 
@@ -404,6 +500,22 @@ names!(Silhouette { None = "none", UvBounds = "uv-bounds", Horizon = "horizon" }
 names!(Normals { Gather = "gather", FourTap = "4-tap", Sobel = "sobel" });
 names!(Tangents { Auto = "auto", Mesh = "mesh", Derivatives = "derivatives" });
 names!(SelfShadow { Off = "off", Hard = "hard", Soft = "soft" });
+names!(View {
+    Shaded = "shaded",
+    Base = "base",
+    Wireframe = "wireframe",
+    Prisms = "prisms",
+    Walk = "walk",
+    Gathers = "gathers",
+    Limits = "limits",
+    Uv = "uv",
+    Height = "height",
+    Normal = "normal",
+    Depth = "depth",
+    Shadow = "shadow",
+    Error = "error",
+});
 names!(Dicer { Tessellation = "tessellation", Mesh = "mesh-tessellation" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
+names!(PrismCulling { Auto = "auto", Off = "off", View = "view", Hidden = "hidden" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

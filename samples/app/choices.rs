@@ -4,7 +4,7 @@
 
 use prism_engine::{
     error::{Error, Result},
-    settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage},
+    settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage, View},
 };
 
 use super::{classic::ClassicArgs, cli::LookArgs};
@@ -24,6 +24,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     }
     settings.keep_all = args.keep_all || base.keep_all;
     settings.depth_prepass = args.depth_prepass.unwrap_or(base.depth_prepass);
+    settings.prism_culling = args.prism_culling.unwrap_or(base.prism_culling);
     settings.msaa = args.msaa.unwrap_or(base.msaa);
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);
     if !settings.shadow_map && (args.shadow_map_size.is_some() || args.cascades.is_some()) {
@@ -59,7 +60,26 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     settings.refine_steps = args.refine_steps.unwrap_or(usual);
     (settings.min_steps, settings.max_steps) = steps(args, base)?;
     classic.apply(&mut settings)?;
+    settings.view = args.view.unwrap_or(base.view);
+    check_view(&settings)?;
     Ok(settings)
+}
+
+/// Refuses a view of what the other settings leave out.
+pub fn check_view(settings: &Settings) -> Result<()> {
+    let Settings { view, shell, march, .. } = settings;
+    if settings.shows_view() {
+        return Ok(());
+    }
+    if settings.baseline.is_some() {
+        return usage(format!("--view {view}: a baseline has neither prisms nor rays; use another view"));
+    }
+    match view {
+        View::Walk => usage(format!("--view walk: --shell {shell} walks nowhere; use --shell walk")),
+        View::Gathers => usage(format!("--view gathers: march {march} reads no heights; use another march")),
+        View::Limits => usage(format!("--view limits: march {march} traces no ray; use --march exact, cone or relief")),
+        _ => usage(format!("--view {view}: --shell {shell} has no prisms; use --shell walk or prism")),
+    }
 }
 
 /// DESIGN section 3: the sample's march in a shell, `pom` without one unless the sample itself has no shell.
@@ -245,6 +265,11 @@ mod tests {
             "--shell off --march none --tangents derivatives",
             "--shell off --march none --lod-fade 3",
             "--shell off --shadow-map on --lod-fade 3",
+            "--shell off --view prisms",
+            "--shell off --view wireframe",
+            "--shell prism --view walk",
+            "--shell off --march none --view gathers",
+            "--shell off --march normal --view limits",
         ] {
             let error = resolve(flags).expect_err(flags);
             assert_eq!(error.exit_code(), 2, "{flags}: {error}");
@@ -287,6 +312,11 @@ mod tests {
             "--tangents auto",
             "--occlusion-light 0.5",
             "--march cone --max-steps 30",
+            "--view walk",
+            "--shell prism --view wireframe",
+            "--shell off --view gathers",
+            "--shell off --march none --view base",
+            "--view error",
             "--shell off --march relaxed-cone --max-steps 30 --refine-steps 6",
             "--shell off --march cone --self-shadow hard --min-steps 4",
         ] {

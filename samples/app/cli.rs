@@ -6,7 +6,7 @@ use super::{baseline::BaselineArgs, classic::ClassicArgs, surface::SurfaceArgs};
 use clap::{ArgAction, Args, Parser, Subcommand, builder::PossibleValuesParser, builder::TypedValueParser};
 use prism_engine::{
     scene::Wrap,
-    settings::{DepthPrepass, March, SelfShadow, Shell, Silhouette, Stage, Validation},
+    settings::{DepthPrepass, March, PrismCulling, SelfShadow, Shell, Silhouette, Stage, Validation, View},
 };
 
 /// Displaced detail on coarse meshes, by rays traced inside prism shells.
@@ -25,10 +25,10 @@ PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
 Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, \
-H shell on or off, M march, X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
+H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them, E the error, K compares two settings (those of then on the right of a line that the mouse drags), X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
 without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
 N and B show the next and the last scene of a sample of several, \
-F12 or P saves a screenshot in the current folder, Esc or Q quits. Left drag turns the camera, right or middle drag \
+F11 or F lets RenderDoc take the next frame where it is loaded, F12 or P saves a screenshot in the current folder, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 const BAKE_AFTER_HELP: &str = "\
@@ -363,13 +363,18 @@ pub struct ReportArgs {
     #[arg(long)]
     pub quick: bool,
 
-    /// Of the pictures, in pixels [default: 320x180; 160x90 with --quick]
+    /// Of the pictures, in pixels [default: 240x135; 160x90 with --quick]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
 
     /// Frames of each variant that are timed, all variants of a part taking turns [default: 5; 3 with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub rounds: Option<u32>,
+
+    /// Minutes that it may take: where they run short fewer rounds are timed, one at least, and all points are measured
+    /// [default: 20; 2 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub minutes: Option<u32>,
 
     /// Where it is computed.
     #[command(flatten)]
@@ -378,9 +383,14 @@ pub struct ReportArgs {
 
 #[cfg(feature = "report")]
 impl ReportArgs {
+    /// The time that it may take.
+    pub fn budget(&self) -> std::time::Duration {
+        std::time::Duration::from_secs(60 * u64::from(self.minutes.unwrap_or(if self.quick { 2 } else { 20 })))
+    }
+
     /// The pictures' size.
     pub fn pixels(&self) -> [u32; 2] {
-        let usual = if self.quick { [160, 90] } else { [320, 180] };
+        let usual = if self.quick { [160, 90] } else { [240, 135] };
         self.size.map_or(usual, |size| [size.width, size.height])
     }
 
@@ -480,6 +490,11 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(DepthPrepass::ALL, DepthPrepass::name))]
     pub depth_prepass: Option<DepthPrepass>,
 
+    /// Which prisms are dropped before the stage that makes them: those outside the view, or also those hidden by what is
+    /// nearer, their shell's horizon included; auto: where it pays, as `explain` tells [default: auto]
+    #[arg(long, value_parser = words(PrismCulling::ALL, PrismCulling::name))]
+    pub prism_culling: Option<PrismCulling>,
+
     /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
     /// [default: off, on where the sample says so]
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
@@ -496,6 +511,13 @@ pub struct LookArgs {
     /// Samples of a pixel: 4 smooth every outline, a shell's too; surface data keep one [default: 1]
     #[arg(long, value_name = "1|4", value_parser = PossibleValuesParser::new(["1", "4"]).map(|word| if word == "4" { 4u32 } else { 1 }))]
     pub msaa: Option<u32>,
+
+    /// What the picture shows: the shaded surface; the base mesh; the edges of the prisms over the picture; a colour for each
+    /// prism; how many prisms the walk visits; how many heights and bounds are read (1 to 256, dark to light); loops that
+    /// gave up (red); UV, height, normal, depth (white to black each doubling), the first light's shadow; the depth error
+    /// against the reference, 1e-6 to 10 footprints (dark to light) [default: shaded]
+    #[arg(long, value_parser = words(View::ALL, View::name))]
+    pub view: Option<View>,
 
     /// Keeps what `prism explain` says is left out, where it could be there: the same picture, for comparison [default: off]
     #[arg(long)]
@@ -730,6 +752,7 @@ mod tests {
             "--height-lod none",
             "--height-format r32",
             "--metallic-channel x",
+            "--specular 1.5",
             "--occlusion-light 2",
             "--tangents screen",
             "--lod-fade soon",

@@ -5,6 +5,7 @@ use prism_engine::{
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
     render::{
         self, Features, Output, Renderer,
+        culling::Counts,
         deform::{Pose, Vectors},
     },
 };
@@ -42,6 +43,8 @@ pub struct Drawing<'a> {
     latest: Option<FrameRow>,
     /// Loops that reached their limit in the measured frames, where they are counted.
     limits: Option<u64>,
+    /// Prisms of the last measured frame, where unseen ones are dropped.
+    culled: Option<Counts>,
     /// Last, so that it outlives what was made from it.
     ctx: Context,
 }
@@ -109,10 +112,36 @@ impl<'a> Drawing<'a> {
             #[cfg(feature = "window")]
             latest: None,
             limits: None,
+            culled: None,
             ctx: ctx.clone(),
         };
         drawing.tell_notices();
         Ok(drawing)
+    }
+
+    /// A second drawing of the same, with the settings in force, to be compared with it; always measured.
+    #[cfg(feature = "window")]
+    pub fn beside(&self) -> Result<Drawing<'a>> {
+        let compiler = render::shader_compiler(self.job.common.session.shader_dir.as_deref())?;
+        let output = Output { aov: false, ..self.output };
+        let scene = &self.loaded().scene;
+        let renderer = Renderer::new(&self.ctx, &compiler, scene, self.renderer.settings(), output)?;
+        let in_flight = self.pending.len();
+        Ok(Drawing {
+            job: self.job,
+            scenes: self.scenes.clone(),
+            current: self.current,
+            output,
+            renderer,
+            compiler,
+            timers: Some(PassTimers::new(&self.ctx, MAX_PASSES, in_flight)?),
+            pending: vec![None; in_flight],
+            rows: Vec::new(),
+            latest: None,
+            limits: None,
+            culled: None,
+            ctx: self.ctx.clone(),
+        })
     }
 
     /// The sample's picture at `time`.
@@ -177,6 +206,22 @@ impl<'a> Drawing<'a> {
         let renderer = Renderer::new(&self.ctx, &self.compiler, &scenes[self.current].scene, &settings, self.output)?;
         (self.renderer, self.scenes) = (renderer, scenes);
         self.tell_notices();
+        Ok(())
+    }
+
+    /// Keeps surface data from now on, or no more. All frames so far have run.
+    #[cfg(feature = "window")]
+    pub fn keep_aov(&mut self, on: bool) -> Result<()> {
+        if on == self.output.aov {
+            return Ok(());
+        }
+        for slot in 0..self.pending.len() {
+            self.collect(slot)?;
+        }
+        let output = Output { aov: on, ..self.output };
+        let settings = self.renderer.settings().clone();
+        self.renderer = Renderer::new(&self.ctx, &self.compiler, &self.loaded().scene, &settings, output)?;
+        self.output = output;
         Ok(())
     }
 
@@ -262,6 +307,7 @@ impl<'a> Drawing<'a> {
             if let Some(reached) = self.renderer.limits_reached(slot)? {
                 *self.limits.get_or_insert(0) += u64::from(reached);
             }
+            self.culled = self.renderer.culled(slot)?;
         }
         Ok(())
     }
@@ -279,7 +325,14 @@ impl<'a> Drawing<'a> {
             console::notice(format_args!("wrote {}", path.display()));
         }
         if session.stats {
-            console::data(&stats::report(&self.ctx, &self.compiler, &self.renderer, &self.rows, self.limits))?;
+            console::data(&stats::report(
+                &self.ctx,
+                &self.compiler,
+                &self.renderer,
+                &self.rows,
+                self.limits,
+                self.culled,
+            ))?;
         }
         Ok(())
     }

@@ -1,25 +1,31 @@
 //! Frames without a window: draws them all, keeps the last.
 
-use std::{f64::consts::TAU, path::Path};
+use std::{
+    f64::consts::TAU,
+    path::Path,
+    sync::{Arc, atomic::AtomicUsize},
+};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use prism_engine::{
     error::Result,
     gpu::{Context, Frames},
     render::Output,
+    settings::View,
 };
 
 use super::{
     animation::Animation,
     console,
     drawing::{self, Drawing},
+    error_map::{self, ErrorMap},
     exr,
     job::Job,
     load::{self, Loaded},
     offscreen::{self, Offscreen},
     picture::Picture,
     png,
-    sample::{Drawn, Embedding, Shot},
+    sample::{Drawn, Embedding, Exhibit, Shot},
 };
 
 /// Draws the job's frames and writes its files.
@@ -65,7 +71,8 @@ fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
 
 fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     let session = &job.common.session;
-    let exhibit = job.sample.exhibit();
+    let judged = job.settings.view == View::Error;
+    let exhibit = if judged { Some(&ErrorMap as &dyn Exhibit) } else { job.sample.exhibit() };
     let extent = exhibit.map_or(Ok(job.size()), |exhibit| exhibit.frame_size(job.size()))?;
     // First, because a size that the device cannot do needs no shader compiled to be told.
     let picture = Offscreen::new(&ctx, extent, offscreen::FORMAT)?;
@@ -111,7 +118,9 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
             }
             let Loaded { name, scene, .. } = drawing.loaded();
             let camera = &moment.pose.camera;
-            let shot = Shot { name, scene, camera, frame: &frame, aov: &aov, variants: &variants };
+            let scene = if judged { Arc::new(error_map::moved(scene, &moment)?) } else { scene.clone() };
+            let done = &AtomicUsize::new(0);
+            let shot = Shot { name, scene: &scene, camera, frame: &frame, aov: &aov, variants: &variants, done };
             let (picture, figures) = exhibit.compose(&shot, job.size());
             progress.suspend(|| console::data(&format!("{figures}\n")))?;
             composed = Some(picture);

@@ -7,7 +7,7 @@ use std::{
 
 use prism_engine::{
     error::{Error, Result},
-    settings::Settings,
+    settings::{Settings, View},
 };
 
 use super::{
@@ -47,6 +47,21 @@ pub struct Job<'a> {
 fn settings(args: &CommonArgs, sample: &dyn Sample) -> Result<Settings> {
     let mut settings = args.apply_baseline(choices::settings(&args.look, &args.classic, &sample.settings())?)?;
     args.surface.apply(&mut settings)?;
+    choices::check_view(&settings)?;
+    let view = settings.view;
+    if view != View::Shaded {
+        if sample.exhibit().is_some() || sample.embedding().is_some() {
+            return usage(format!(
+                "--view {view}: {} composes its picture itself; use `prism run viewer`",
+                sample.id()
+            ));
+        }
+        if args.session.aov.is_some() {
+            return usage(format!(
+                "--view {view}: --aov writes the surface itself, whatever the view; drop one of them"
+            ));
+        }
+    }
     Ok(Settings { count_limits: args.session.stats, still: !sample.moves(), ..settings })
 }
 

@@ -3,13 +3,14 @@
 use std::{path::Path, sync::Arc};
 
 use prism_engine::{
-    error::Result,
+    error::{Error, Result},
     scene::{self, Scene},
 };
 
 use super::{camera, cli::CameraArgs, console, job::Job, sample::Pose, surface::SurfaceArgs, walk};
 
 /// A scene and where a run through it starts.
+#[derive(Clone)]
 pub struct Loaded {
     /// What it is called.
     pub name: String,
@@ -38,7 +39,12 @@ pub fn still(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &Camera
 
 fn load_one(job: &Job<'_>, file: &Path, surface: &SurfaceArgs) -> Result<Loaded> {
     let (mut scene, start) = read(file, job.size(), surface, &job.common.camera)?;
-    for (mesh, _) in job.sample.at(&scene, &start, 0.0).poses {
+    let moment = job.sample.at(&scene, &start, 0.0);
+    if surface.light.given() && !moment.lights.is_empty() {
+        let id = job.sample.id();
+        return Err(Error::Usage(format!("--sun, --light-intensity: {id} lights its scene itself; drop them")));
+    }
+    for (mesh, _) in moment.poses {
         scene.meshes[mesh].deforms = true;
     }
     Ok(Loaded { name: walk::name(file), scene: Arc::new(scene), start })
@@ -48,7 +54,8 @@ fn read(file: &Path, size: [u32; 2], surface: &SurfaceArgs, camera: &CameraArgs)
     let aspect = f64::from(size[0]) / f64::from(size[1]);
     let mut scene = scene::load(file)?;
     scene.adjust(&surface.adjustment())?;
-    let scene = scene.with_defaults(aspect);
+    let mut scene = scene.with_defaults(aspect);
+    surface.light.apply(&mut scene)?;
     for notice in &scene.notices {
         console::notice(notice);
     }

@@ -30,6 +30,14 @@ impl Picture {
         Picture { size, pixels: pixels.to_vec() }
     }
 
+    /// Puts the part of `other`, of the same size, that begins at a column over this one's.
+    #[cfg(feature = "window")]
+    pub fn paste_right(&mut self, other: &Picture, column: u32) {
+        let width = self.size[0] as usize;
+        let rows = self.pixels.chunks_exact_mut(width).zip(other.pixels.chunks_exact(width));
+        rows.for_each(|(row, from)| row[column as usize..].copy_from_slice(&from[column as usize..]));
+    }
+
     /// Puts `other` over this one with its left upper corner at `at`. What does not fit is cut off.
     pub fn paste(&mut self, other: &Picture, at: [u32; 2]) {
         let fits = |axis: usize| other.size[axis].min(self.size[axis].saturating_sub(at[axis])) as usize;

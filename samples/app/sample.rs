@@ -1,6 +1,9 @@
 //! What a sample is. One trait serves the window, the headless run, the report and the tests.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::AtomicUsize,
+};
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use prism_engine::{
@@ -98,7 +101,7 @@ pub trait Exhibit: Sync {
 pub struct Shot<'a> {
     /// The scene's name: that of its file without the extension.
     pub name: &'a str,
-    /// As it was loaded; nothing in it has moved.
+    /// As it was loaded; nothing in it has moved, unless the view is of the error, of which this is the truth.
     pub scene: &'a Scene,
     /// Where from.
     pub camera: &'a Camera,
@@ -108,6 +111,8 @@ pub struct Shot<'a> {
     pub aov: &'a Aov,
     /// The frames of [`Exhibit::variants`], in their order.
     pub variants: &'a [Drawn],
+    /// Counts the pixels of the reference that are done, for whoever waits for the picture.
+    pub done: &'a AtomicUsize,
 }
 
 /// A frame and its surface data.

@@ -57,7 +57,9 @@ const SPELLINGS: &[Spelling] = &[
     ("--shadow-map-size", |s| Some(s.shadow_map_size.to_string())),
     ("--cascades", |s| Some(s.cascades.to_string())),
     ("--depth-prepass", |s| Some(s.depth_prepass.to_string())),
+    ("--prism-culling", |s| Some(s.prism_culling.to_string())),
     ("--msaa", |s| Some(s.msaa.to_string())),
+    ("--view", |s| Some(s.view.to_string())),
 ];
 
 fn on_off(on: bool) -> String {
@@ -98,8 +100,25 @@ pub fn surface(args: &SurfaceArgs) -> Vec<String> {
         ("--height-format", args.height_format.map(|format| format.name().to_owned())),
         ("--roughness-channel", args.roughness_channel.map(|channel| channel.name().to_owned())),
         ("--metallic-channel", args.metallic_channel.map(|channel| channel.name().to_owned())),
+        ("--specular", args.specular.map(|share| share.to_string())),
+        ("--sun", args.light.sun.map(|degrees| list(&degrees))),
+        ("--light-intensity", args.light.light_intensity.map(|factor| factor.to_string())),
     ];
     flags.into_iter().filter_map(|(flag, word)| Some([flag.to_owned(), word?])).flatten().collect()
+}
+
+/// A camera as its flags have it.
+#[cfg(feature = "window")]
+pub fn camera_args(pose: &Pose) -> super::cli::CameraArgs {
+    let eye = pose.camera.transform.translation;
+    let fov_y = field_of_view(&pose.camera).map(f64::to_degrees);
+    super::cli::CameraArgs { eye: Some(eye.to_array()), target: Some(looked_at(pose).to_array()), fov_y }
+}
+
+/// The point before the camera that is as far away as its pivot.
+fn looked_at(pose: &Pose) -> DVec3 {
+    let eye = pose.camera.transform.translation;
+    eye + pose.camera.transform.matrix3 * DVec3::NEG_Z * eye.distance(pose.pivot).max(1e-3)
 }
 
 /// The flags of a camera that looks at its pivot; none where it is where it started.
@@ -107,8 +126,7 @@ pub fn camera(pose: &Pose, start: &Pose) -> Vec<String> {
     let mut words = Vec::new();
     if pose.camera.transform != start.camera.transform {
         let eye = pose.camera.transform.translation;
-        let forward = pose.camera.transform.matrix3 * DVec3::NEG_Z;
-        let target = eye + forward * eye.distance(pose.pivot).max(1e-3);
+        let target = looked_at(pose);
         words.extend(["--eye".into(), list(&eye.to_array()), "--target".into(), list(&target.to_array())]);
     }
     if let (Some(now), Some(before)) = (field_of_view(&pose.camera), field_of_view(&start.camera))
@@ -164,8 +182,8 @@ pub fn load(path: &Path) -> Result<CommonArgs> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::{camera as start, surface::HeightLod, testing::empty_scene};
-    use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage};
+    use crate::app::{camera as start, light::LightArgs, surface::HeightLod, testing::empty_scene};
+    use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage, View};
 
     fn again(words: &[String], base: &Settings) -> Settings {
         let args = read(words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
@@ -217,6 +235,7 @@ mod tests {
                 cascades: 2,
                 ambient_occlusion: true,
                 depth_prepass: DepthPrepass::On,
+                view: View::Walk,
                 ..Settings::default()
             },
         ];
@@ -247,6 +266,7 @@ mod tests {
             relative: Some(false),
             midlevel: Some(-1.0),
             height_lod: Some(HeightLod::Mip(2)),
+            light: LightArgs { sun: Some([-30.5, 20.0]), light_intensity: Some(0.5) },
             ..SurfaceArgs::default()
         };
         let eye = Some(DVec3::new(1.5, 0.1, 4.0));

@@ -4,20 +4,22 @@ use std::fmt::Write as _;
 
 use prism_engine::{
     gpu::{Context, ShaderCompiler, ShaderStage},
-    render::Renderer,
+    render::{Renderer, culling::Counts},
 };
 
 use super::timings::{self, FrameRow};
 
 /// The report, one fact a line, each line with its key in front.
 ///
-/// `limits`: loops that reached their limit, over all frames; `None` where the march has none.
+/// `limits`: loops that reached their limit, over all frames; `None` where the march has none. `culled`: prisms
+/// of the last frame, where unseen ones are dropped.
 pub fn report(
     ctx: &Context,
     compiler: &ShaderCompiler,
     renderer: &Renderer,
     frames: &[FrameRow],
     limits: Option<u64>,
+    culled: Option<Counts>,
 ) -> String {
     let mut text = String::new();
     let mut line = |key: &str, value: String| {
@@ -58,6 +60,10 @@ pub fn report(
         line(&format!("pipeline {name}"), models.join("+"));
     }
     line("loop limits reached", limits.map_or_else(|| "no loop has one".to_owned(), |n| n.to_string()));
+    let culled = culled.map(|Counts { shown, outside, away, hidden }| {
+        format!("{shown} drawn; {outside} outside the view, {away} facing away or behind a horizon, {hidden} hidden")
+    });
+    line("prisms culled", culled.unwrap_or_else(|| "none, all are drawn".to_owned()));
     let memory = ctx.memory_report();
     let total: u64 = memory.iter().map(|(_, bytes)| bytes).sum();
     let passes = timings::summary(frames);

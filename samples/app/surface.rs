@@ -9,7 +9,8 @@ use prism_engine::{
     settings::{Settings, Shell},
 };
 
-use super::cli::{height_scale, on_off, scale_factors, two_numbers, unbounded, words};
+use super::cli::{height_scale, on_off, scale_factors, share, two_numbers, unbounded, words};
+use super::light::LightArgs;
 
 /// An absent flag leaves what the file says.
 #[derive(Clone, Debug, Default, Args)]
@@ -61,6 +62,15 @@ pub struct SurfaceArgs {
     /// The channel of metallic in it [default: b, glTF's]
     #[arg(long, value_parser = words(Channel::ALL, Channel::name))]
     pub metallic_channel: Option<Channel>,
+
+    /// How much of the reflection of what is no metal there is, 0 to 1: at 1, 4 % at normal incidence
+    /// (KHR_materials_specular) [default: the file's, 1]
+    #[arg(long, value_name = "N", value_parser = share)]
+    pub specular: Option<f32>,
+
+    /// The lights.
+    #[command(flatten)]
+    pub light: LightArgs,
 }
 
 /// The LOD of height maps.
@@ -111,6 +121,7 @@ impl SurfaceArgs {
             height_format: self.height_format.unwrap_or_default(),
             roughness_channel: self.roughness_channel,
             metallic_channel: self.metallic_channel,
+            specular: self.specular,
         }
     }
 

@@ -34,6 +34,14 @@ pub struct FrameRow {
     pub passes: Vec<PassRow>,
 }
 
+#[cfg(feature = "window")]
+impl FrameRow {
+    /// GPU time of all passes, milliseconds.
+    pub fn gpu_ms(&self) -> Option<f64> {
+        self.passes.iter().map(|pass| pass.gpu_ms).sum()
+    }
+}
+
 /// Writes a row per frame and pass.
 pub fn write_csv(path: &Path, frames: &[FrameRow]) -> Result<()> {
     files::replace(path, "table", |file| {

@@ -25,6 +25,8 @@ const FIRST_TRIANGLES: usize = 200_000;
 const FIRST_EDGE: f32 = 4.0;
 /// See [`FIRST_EDGE`].
 const LEAST_EDGE: f32 = 0.125;
+/// The longest that are tried: a dense base mesh needs no dicing at all.
+const MOST_EDGE: f32 = 64.0;
 /// Halvings, in powers of two, of the span in which the longest edge lies: to 2^⅛ of it.
 const EDGE_HALVINGS: u32 = 3;
 /// Rounds after which the fastest of our settings is known well enough to compete.
@@ -158,6 +160,13 @@ fn longest_edge(of: &mut impl FnMut(f32) -> Result<Judged>, error: f64) -> Resul
             return Ok(None);
         }
         best = of(edge)?;
+    }
+    while (FIRST_EDGE..MOST_EDGE).contains(&edge) {
+        let longer = of(2.0 * edge)?;
+        if longer.metrics.depth_p99 > error {
+            break;
+        }
+        (edge, best) = (2.0 * edge, longer);
     }
     let mut factor = 2f32;
     for _ in 0..EDGE_HALVINGS {

@@ -1,17 +1,20 @@
 //! "At equal error": the fastest setting of each baseline against our fastest, both within the error; and the other
 //! aims of the report, each met or MISSED.
 
+use std::time::Instant;
+
 use prism_engine::{
     error::Result,
     scene::Scene,
-    settings::{Culling, March, Shell},
+    settings::{Baseline, Culling, March, Shell},
 };
 
 use super::{
     fit,
-    measure::{self, Point},
+    measure::{self, Pace, Point},
     scenes,
-    variants::{self, Family, Variant},
+    table::short,
+    variants::{self, Family, Rival, Variant},
 };
 use crate::{
     bench::{
@@ -58,19 +61,55 @@ fn at_least(found: Option<Spread>, least: f64) -> Option<bool> {
     found.map(|spread| spread.median >= least)
 }
 
+/// The coarsest baseline of a kind whose depth error is within `error`; none where not even the finest is, or where the
+/// device lacks the stages.
+pub fn coarsest(rival: Rival, judge: &mut Judge<'_>, device: &mut Device, error: f64) -> Result<Option<Variant>> {
+    Ok(match rival {
+        Rival::MicroMesh => {
+            let found = judge.density(device, error)?;
+            found.map(|(density, _)| variants::micro_mesh(density, Culling::Triangles))
+        }
+        Rival::Diced(by) if device.dicers().contains(&by) => {
+            let found = judge.diced(device, by, &[error])?.pop().flatten();
+            found.and_then(|judged| match judged.variant.settings.baseline {
+                Some(Baseline::Diced { edge, .. }) => Some(variants::diced(by, edge)),
+                _ => None,
+            })
+        }
+        Rival::Diced(_) => None,
+    })
+}
+
+/// The ways to draw it that compete: of the pre-tessellated mesh each kind of culling.
+fn ways(coarsest: Variant) -> Vec<Variant> {
+    match coarsest.settings.baseline {
+        Some(Baseline::MicroMesh { density, .. }) => {
+            let ways = [Culling::Triangles, Culling::Clusters, Culling::Off];
+            ways.map(|culling| variants::micro_mesh(density, culling)).to_vec()
+        }
+        _ => vec![coarsest],
+    }
+}
+
 /// The contests of one scene, between its front's points and what bisection finds.
-pub fn run(name: &str, points: &[&Point], device: &mut Device, rounds: u32, tick: &dyn Fn()) -> Result<Vec<Aim>> {
+pub fn run(name: &str, points: &[&Point], device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Result<Vec<Aim>> {
     let Some(first) = points.first() else { return Ok(Vec::new()) };
     let aspect = f64::from(first.size[0]) / f64::from(first.size[1]);
     let scene = scenes::load(name, aspect)?;
     let view = View { camera: scenes::Place::Own.camera(&scene, aspect)?, size: first.size };
     let mut judge = Judge::new(&scene, view);
     let mut aims = Vec::new();
-    for &(error, least) in SPEEDUPS {
-        tick();
+    for (i, &(error, least)) in SPEEDUPS.iter().enumerate() {
+        let left = (SPEEDUPS.len() - i) as u32;
+        let now = Instant::now();
+        let pace = Pace { end: now + pace.end.saturating_duration_since(now) / left, ..pace };
         let ours = fastest(points, error);
-        let density = judge.density(device, error)?.map(|(density, _)| density);
-        aims.extend(contest(name, &scene, view, [error, least], (&ours, density), device, rounds)?);
+        let mut others = Vec::new();
+        for rival in Rival::ALL {
+            others.extend(coarsest(*rival, &mut judge, device, error)?.into_iter().flat_map(ways));
+        }
+        let ring = Ring { name, scene: &scene, view };
+        aims.extend(contest(&ring, [error, least], (&ours, others), device, pace, tick)?);
     }
     Ok(aims)
 }
@@ -84,44 +123,72 @@ fn fastest<'a>(points: &[&'a Point], error: f64) -> Vec<&'a Point> {
     able
 }
 
-fn contest(
-    name: &str,
-    scene: &Scene,
+/// One of those who take turns.
+struct Entrant {
+    variant: Variant,
+    place: usize,
+    /// See [`Point::memory`].
+    memory: f64,
+}
+
+impl Entrant {
+    fn told(&self, turns: &Rounds) -> String {
+        let ms = turns.timing(self.place).spread().map_or(f64::NAN, |spread| spread.median);
+        format!("{} ({} ms, {} MiB)", self.variant.name(), short(ms), short(self.memory))
+    }
+}
+
+/// Where they compete.
+struct Ring<'a> {
+    name: &'a str,
+    scene: &'a Scene,
     view: View,
+}
+
+fn contest(
+    ring: &Ring<'_>,
     [error, least]: [f64; 2],
-    (ours, density): (&[&Point], Option<u32>),
+    (ours, others): (&[&Point], Vec<Variant>),
     device: &mut Device,
-    rounds: u32,
+    pace: Pace,
+    tick: &dyn Fn(),
 ) -> Result<Vec<Aim>> {
-    let mut turns = Rounds::default();
+    let Ring { name, scene, view } = *ring;
+    let mut turns = pace.turns();
     let add = |variant: &Variant, turns: &mut Rounds, device: &mut Device| {
-        turns.add(device, &variant.name(), scene, &variant.settings, &view)
+        turns.add(device, &variant.name(), scene, &pace.timed(device, &variant.settings), &view)
     };
-    let mut places = Vec::new();
+    let mut entrants = Vec::new();
     for point in ours {
-        places.push(add(&point.variant, &mut turns, device)?);
+        let place = add(&point.variant, &mut turns, device)?;
+        entrants.push(Entrant { variant: point.variant.clone(), place, memory: point.memory });
     }
     let floor = add(&variants::march(Shell::Walk, March::None, 0), &mut turns, device)?;
-    let mut others = Vec::new();
-    for culling in [Culling::Triangles, Culling::Clusters, Culling::Off] {
-        if let Some(density) = density {
-            let variant = variants::micro_mesh(density, culling);
-            let before = device.memory();
-            let place = add(&variant, &mut turns, device)?;
-            let memory = measure::held(&before, &device.memory(), turns.host_bytes(place), &measure::colours(scene));
-            others.push((variant, place, memory));
-        }
+    let mut rivals = Vec::new();
+    for variant in others {
+        let before = device.memory();
+        let place = add(&variant, &mut turns, device)?;
+        let memory = measure::held(&before, &device.memory(), turns.host_bytes(place), &measure::colours(scene));
+        rivals.push(Entrant { variant, place, memory });
     }
-    turns.run(device, rounds, |_| {})?;
+    turns.run_until(device, pace.rounds, Some(pace.end), |_| tick())?;
     let median = |place: usize| turns.timing(place).spread().map_or(f64::INFINITY, |spread| spread.median);
-    let best = (0..ours.len()).min_by(|a, b| median(places[*a]).total_cmp(&median(places[*b])));
-    let rival = others.iter().min_by(|a, b| median(a.1).total_cmp(&median(b.1)));
-    let our_name = best.map_or("none of ours is within it".to_owned(), |i| ours[i].variant.name());
-    let rival_name = rival.map_or("no baseline is within it".to_owned(), |(variant, ..)| variant.name());
-    let who = format!("{our_name} against {rival_name}");
-    let speed = best.zip(rival).and_then(|(i, rival)| turns.ratio(rival.1, places[i]));
-    let over = best.and_then(|i| turns.ratio(places[i], floor));
-    let memory = best.zip(rival).map(|(i, rival)| exactly(rival.2 / ours[i].memory));
+    for list in [&mut entrants, &mut rivals] {
+        list.sort_by(|a, b| median(a.place).total_cmp(&median(b.place)));
+    }
+    let (best, rival) = (entrants.first(), rivals.first());
+    let our_name = best.map_or("none of ours is within it".to_owned(), |ours| ours.told(&turns));
+    let rival_name = rival.map_or("no baseline is within it".to_owned(), |rival| rival.told(&turns));
+    // The fastest of each kind.
+    let first = |kind: &Rival| rivals.iter().find(|rival| rival.variant.rival() == Some(*kind));
+    let next: Vec<&Entrant> =
+        Rival::ALL.iter().filter_map(first).filter(|r| Some(r.place) != rival.map(|r| r.place)).collect();
+    let mut who = format!("{our_name} against {rival_name}");
+    for other in &next {
+        who += &format!("; {}", other.told(&turns));
+    }
+    let speed = best.zip(rival).and_then(|(best, rival)| turns.ratio(rival.place, best.place));
+    let over = best.and_then(|best| turns.ratio(best.place, floor));
     let aim = |what: String, who: &str, asked: String, found: Option<Spread>, met: Option<bool>| Aim {
         scene: name.to_owned(),
         what,
@@ -130,29 +197,32 @@ fn contest(
         found,
         met,
     };
-    Ok(vec![
-        aim(
-            format!("p99 ≤ {error}: times faster than the best baseline"),
-            &who,
-            format!("≥ {least}"),
-            speed,
-            at_least(speed, least),
-        ),
-        aim(
-            format!("p99 ≤ {error}: times less memory than that baseline"),
-            &who,
+    let mut aims = vec![aim(
+        format!("p99 ≤ {error}: times faster than the best baseline"),
+        &who,
+        format!("≥ {least}"),
+        speed,
+        at_least(speed, least),
+    )];
+    for other in rival.into_iter().chain(next) {
+        let kind = other.variant.rival().map_or("", Rival::name);
+        let memory = best.map(|best| exactly(other.memory / best.memory));
+        aims.push(aim(
+            format!("p99 ≤ {error}: times less memory than {kind}"),
+            &format!("{our_name} against {}", other.told(&turns)),
             format!("≥ {LESS_MEMORY}"),
             memory,
             at_least(memory, LESS_MEMORY),
-        ),
-        aim(
-            format!("p99 ≤ {error}: times as long as the walk without lookups"),
-            &our_name,
-            format!("≤ {OVER_FLOOR}"),
-            over,
-            over.map(|spread| spread.median <= OVER_FLOOR),
-        ),
-    ])
+        ));
+    }
+    aims.push(aim(
+        format!("p99 ≤ {error}: times as long as the walk without lookups"),
+        &our_name,
+        format!("≤ {OVER_FLOOR}"),
+        over,
+        over.map(|spread| spread.median <= OVER_FLOOR),
+    ));
+    Ok(aims)
 }
 
 fn exactly(value: f64) -> Spread {

@@ -1,24 +1,29 @@
 //! Measures a part: every variant's errors once, then the times of all of them in turns.
 
-use std::collections::HashMap;
+use std::{
+    collections::HashMap,
+    time::{Duration, Instant},
+};
 
 use prism_engine::{
     aov::Aov,
     error::Result,
+    gpu::Feature,
     measure::{
         Metrics,
         flicker::{Flicker, Moment},
     },
+    render,
     scene::Scene,
-    settings::{Culling, SelfShadow, Settings, Shell},
+    settings::{SelfShadow, Settings, Shell},
     shell::reference::{Reference, Shadows},
 };
 
 use super::{
-    flip,
-    parts::{Part, Stand},
+    contest, flip,
+    parts::{self, Part, Stand},
     scenes,
-    variants::{self, Variant},
+    variants::Variant,
 };
 use crate::{
     app::{clay, heat, picture::Picture},
@@ -45,6 +50,9 @@ pub struct Point {
     pub metrics: Metrics,
     /// Mean FLIP of the picture against the one that stands for the truth.
     pub flip: f64,
+    /// Reads of height maps by fragments, and of bounds and cones over them, for each pixel that the reference covers;
+    /// none of baselines, which read them elsewhere.
+    pub reads: Option<f64>,
     /// [`Flicker::depth_p99`], where the camera moves.
     pub flicker: Option<f64>,
     /// Its times.
@@ -77,6 +85,10 @@ pub struct Measured {
     pub points: Vec<Point>,
     /// Pictures to show.
     pub shown: Vec<Shown>,
+    /// Techniques that the device lacks the stages for.
+    pub left_out: Vec<String>,
+    /// What it took.
+    pub took: Duration,
 }
 
 /// A stand's scene as it should be drawn.
@@ -106,7 +118,9 @@ impl Truth {
     fn picture(&mut self, device: &mut Device, settings: &Settings) -> Result<&Picture> {
         let key = (settings.self_shadow, settings.msaa);
         if !self.pictures.contains_key(&key) {
-            let exact = Settings { shell: Shell::Walk, self_shadow: settings.self_shadow, ..Settings::default() };
+            // As a measured variant is drawn: lavapipe takes long to compile another one.
+            let self_shadow = settings.self_shadow;
+            let exact = counting(device, &Settings { shell: Shell::Walk, self_shadow, ..Settings::default() });
             let picture = if settings.msaa > 1 {
                 let fine = View { size: self.view.size.map(|side| side * FINE), ..self.view };
                 averaged(&device.shot(&self.scene, &exact, &fine)?.picture)
@@ -139,18 +153,50 @@ fn averaged(fine: &Picture) -> Picture {
     })
 }
 
+/// How often a part is timed.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// Rounds at most.
+    pub rounds: u32,
+    /// No round begins later, but for the first.
+    pub end: Instant,
+    /// Frames as they are measured are timed, for a quick look: half as many shaders are compiled.
+    pub as_measured: bool,
+}
+
+impl Pace {
+    /// Turns at this pace.
+    pub fn turns(&self) -> Rounds {
+        if self.as_measured { Rounds::writing_surface() } else { Rounds::default() }
+    }
+
+    /// What a variant is timed with.
+    pub fn timed(&self, device: &Device, settings: &Settings) -> Settings {
+        if self.as_measured { counting(device, settings) } else { settings.clone() }
+    }
+}
+
+/// The settings that a variant is measured with: what fragments read is counted, where they can.
+fn counting(device: &Device, settings: &Settings) -> Settings {
+    Settings { count_reads: device.ctx.has(Feature::FragmentStoresAndAtomics), ..settings.clone() }
+}
+
 /// Measures a part. `tick` is called after every frame.
-pub fn part(part: &Part, device: &mut Device, rounds: u32, tick: &dyn Fn()) -> Result<Measured> {
-    let mut measured = Measured { points: Vec::new(), shown: Vec::new() };
-    let mut turns = Rounds::default();
+pub fn part(part: &Part, device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Result<Measured> {
+    let began = Instant::now();
+    let mut measured = Measured { points: Vec::new(), shown: Vec::new(), left_out: Vec::new(), took: Duration::ZERO };
+    let mut turns = pace.turns();
     for stand in &part.stands {
         let mut truth = Truth::new(stand, None)?;
         let mut before = stand.moves.map(|degrees| Truth::new(stand, Some(-degrees))).transpose()?;
         if stand.variants.iter().any(|variant| variant.shown) {
             measured.shown.push(reference(stand, &truth));
         }
-        for variant in variants_of(stand, &truth, device)? {
-            let drawn = device.shot(&truth.scene, &variant.settings, &truth.view)?;
+        let (able, unable) = variants_of(stand, &truth, device)?;
+        measured.left_out.extend(unable);
+        for variant in able {
+            let ours = variant.settings.baseline.is_none();
+            let drawn = device.shot(&truth.scene, &counting(device, &variant.settings), &truth.view)?;
             let metrics = Metrics::between(&drawn.surface, &truth.surface, &truth.view.camera);
             let settings = compared(part, &variant.settings);
             let seen = flip::between(&drawn.picture, truth.picture(device, &settings)?);
@@ -158,13 +204,15 @@ pub fn part(part: &Part, device: &mut Device, rounds: u32, tick: &dyn Fn()) -> R
                 Some(before) => Some(flicker(device, &variant, [&*before, &truth], &drawn)?),
                 None => None,
             };
+            let reads = drawn.height_reads.filter(|_| ours && variant.settings.msaa == 1);
+            let reads = reads.map(|n| f64::from(n) / metrics.covered.max(1) as f64);
             tick();
             if variant.shown {
                 measured.shown.push(shown(&variant, &truth, &drawn, &metrics, &seen));
             }
             let (name, colours) = (format!("{}, {}", stand.condition, variant.name()), colours(&truth.scene));
             let memory = device.memory();
-            let place = turns.add(device, &name, &truth.scene, &variant.settings, &truth.view)?;
+            let place = turns.add(device, &name, &truth.scene, &pace.timed(device, &variant.settings), &truth.view)?;
             let memory = held(&memory, &device.memory(), turns.host_bytes(place), &colours);
             measured.points.push(Point {
                 part: part.id,
@@ -175,16 +223,18 @@ pub fn part(part: &Part, device: &mut Device, rounds: u32, tick: &dyn Fn()) -> R
                 variant,
                 metrics,
                 flip: seen.mean,
+                reads,
                 flicker,
                 timing: Timing::default(),
                 memory,
             });
         }
     }
-    turns.run(device, rounds, |_| tick())?;
+    turns.run_until(device, pace.rounds, Some(pace.end), |_| tick())?;
     for (place, point) in measured.points.iter_mut().enumerate() {
         point.timing = turns.timing(place).clone();
     }
+    measured.took = began.elapsed();
     Ok(measured)
 }
 
@@ -194,18 +244,21 @@ fn compared(part: &Part, settings: &Settings) -> Settings {
     if part.id == "samples" { Settings { msaa: 4, ..settings.clone() } } else { settings.clone() }
 }
 
-/// A stand's variants, with the matched micro-mesh if there is one.
-fn variants_of(stand: &Stand, truth: &Truth, device: &mut Device) -> Result<Vec<Variant>> {
-    let mut all = stand.variants.clone();
-    if let Some(error) = stand.matched {
+/// A stand's variants that the device can draw, with the matched baselines if there are any, and the techniques of the
+/// others.
+fn variants_of(stand: &Stand, truth: &Truth, device: &mut Device) -> Result<(Vec<Variant>, Vec<String>)> {
+    let can_draw = |variant: &Variant| {
+        let features = render::features(&truth.scene, &variant.settings, false);
+        features.required.iter().all(|feature| device.ctx.has(*feature))
+    };
+    let (mut able, unable): (Vec<_>, Vec<_>) = stand.variants.iter().cloned().partition(can_draw);
+    if !stand.matched.is_empty() {
         let mut judge = Judge::knowing(&truth.scene, truth.view, truth.surface.clone());
-        if let Some((density, _)) = judge.density(device, error)? {
-            let mut matched = variants::micro_mesh(density, Culling::Triangles);
-            matched.technique = variants::MATCHED.into();
-            all.push(matched);
+        for rival in &stand.matched {
+            able.extend(contest::coarsest(*rival, &mut judge, device, parts::MATCHED)?.map(Variant::matched));
         }
     }
-    Ok(all)
+    Ok((able, unable.into_iter().map(|variant| variant.technique).collect()))
 }
 
 fn flicker(device: &mut Device, variant: &Variant, [first, second]: [&Truth; 2], drawn: &Drawn) -> Result<f64> {

@@ -11,14 +11,18 @@ mod scenes;
 mod table;
 mod variants;
 
-use std::{fs, path::Path, time::SystemTime};
+use std::{
+    fs,
+    path::Path,
+    time::{Instant, SystemTime},
+};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use prism_engine::error::{Error, Result};
 
 use self::{
     contest::Aim,
-    measure::{Measured, Point},
+    measure::{Measured, Pace, Point},
     page::Section,
     parts::{Extent, Part},
 };
@@ -29,8 +33,10 @@ use crate::{
 
 /// The word for what is held at equal error; it has no stands of its own.
 const CONTEST: &str = "contest";
-/// Scenes of the contests: those whose base mesh is no mere sheet, where a micro-mesh's density means something.
-const CONTEST_SCENES: &[&str] = &["torus", "suzanne", "needles"];
+/// Scenes of the contests: all but the plane, whose view is told by its sweep.
+const CONTEST_SCENES: &[&str] = &["torus", "suzanne", "needles", "terrain", "cliffs"];
+/// Frames of a round of a scene's contests, about: two errors, three of ours, the floor and five baselines each.
+const CONTEST_FRAMES: u64 = 18;
 
 /// Runs the command.
 pub fn run(args: &ReportArgs) -> Result<()> {
@@ -40,14 +46,20 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     let log = device.ctx.validation_log();
     let started = SystemTime::now();
 
-    let progress = progress(&parts, args);
+    let contests = parts.iter().filter(|part| in_contest(args, part)).count() as u64;
+    let total = parts.iter().map(|part| frames(part, args)).sum::<u64>() + contests * contest_frames(args);
+    let progress = progress(total);
     let tick = || progress.inc(1);
+    let mut clock = Clock { end: Instant::now() + args.budget(), frames: total };
     let mut all: Vec<(Part, Measured)> = Vec::new();
     for part in parts {
         progress.set_message(part.title.clone());
         progress.tick();
-        let measured = measure::part(&part, &mut device, args.rounds(), &tick)?;
+        let pace = pace_until(args, clock.share(frames(&part, args)));
+        let measured = measure::part(&part, &mut device, pace, &tick)?;
         all.push((part, measured));
+        // A run that is stopped keeps what it has.
+        write(&args.out, &page::About::new(&device, args, started), &all, &[])?;
     }
     let mut aims = Vec::new();
     for scene in fronts(&all) {
@@ -55,18 +67,19 @@ pub fn run(args: &ReportArgs) -> Result<()> {
         aims.extend(contest::standing(&scene, &points));
         if wants(args, CONTEST) && CONTEST_SCENES.contains(&scene.as_str()) {
             progress.set_message(format!("At equal error: {scene}"));
-            aims.extend(contest::run(&scene, &points, &mut device, args.rounds(), &tick)?);
+            let pace = pace_until(args, clock.share(contest_frames(args)));
+            aims.extend(contest::run(&scene, &points, &mut device, pace, &tick)?);
         }
     }
     progress.finish_and_clear();
 
     let about = page::About::new(&device, args, started);
-    write(&args.out, &about, &all, &aims)?;
+    let sections = write(&args.out, &about, &all, &aims)?;
     drop(device);
     // Everything is destroyed now: what the validation layer has to say about that counts too.
     log.check()?;
     console::notice(format_args!("wrote {}", args.out.join("index.html").display()));
-    console::data(&page::summary(&about, &aims))
+    console::data(&page::summary(&about, &sections, &aims))
 }
 
 /// Whether a part is asked for.
@@ -99,9 +112,9 @@ fn chosen(args: &ReportArgs) -> Result<Vec<Part>> {
     for part in &mut parts {
         for stand in &mut part.stands {
             stand.variants.retain(|variant| asked(&variant.technique));
-            stand.matched = stand.matched.filter(|_| asked("micro-mesh"));
+            stand.matched.retain(|rival| asked(rival.name()));
         }
-        part.stands.retain(|stand| !stand.variants.is_empty() || stand.matched.is_some());
+        part.stands.retain(|stand| !stand.variants.is_empty() || !stand.matched.is_empty());
     }
     parts.retain(|part| !part.stands.is_empty());
     if parts.is_empty() {
@@ -121,12 +134,44 @@ fn make_folder(folder: &Path) -> Result<()> {
     fs::write(&probe, "").and_then(|()| fs::remove_file(&probe)).map_err(failed)
 }
 
+/// The time that is left, and what is to be done in it.
+struct Clock {
+    end: Instant,
+    frames: u64,
+}
+
+impl Clock {
+    /// When the next ones are to end that draw so many of the frames that are left.
+    fn share(&mut self, frames: u64) -> Instant {
+        let now = Instant::now();
+        let left = self.end.saturating_duration_since(now);
+        let share = frames as f64 / self.frames.max(1) as f64;
+        self.frames = self.frames.saturating_sub(frames);
+        now + left.mul_f64(share.min(1.0))
+    }
+}
+
+fn pace_until(args: &ReportArgs, end: Instant) -> Pace {
+    Pace { rounds: args.rounds(), end, as_measured: args.quick }
+}
+
+/// Frames of a part: one to be measured and those that are timed.
+fn frames(part: &Part, args: &ReportArgs) -> u64 {
+    let points: usize = part.stands.iter().map(|s| s.variants.len() + s.matched.len()).sum();
+    points as u64 * u64::from(1 + WARM_UP + args.rounds())
+}
+
+fn contest_frames(args: &ReportArgs) -> u64 {
+    CONTEST_FRAMES * u64::from(1 + WARM_UP + args.rounds())
+}
+
+/// Whether a part is the front of a scene that has its contests.
+fn in_contest(args: &ReportArgs, part: &Part) -> bool {
+    part.id == "front" && wants(args, CONTEST) && CONTEST_SCENES.contains(&part.stands[0].scene.as_str())
+}
+
 /// A bar on stderr with what is left, where that is a terminal.
-fn progress(parts: &[Part], args: &ReportArgs) -> ProgressBar {
-    let of =
-        |part: &Part| part.stands.iter().map(|s| s.variants.len() + usize::from(s.matched.is_some())).sum::<usize>();
-    let points: usize = parts.iter().map(of).sum();
-    let frames = points as u64 * u64::from(1 + WARM_UP + args.rounds());
+fn progress(frames: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left: {msg}");
     ProgressBar::new(frames).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
@@ -141,8 +186,8 @@ fn of_front<'a>(all: &'a [(Part, Measured)], scene: &str) -> Vec<&'a Point> {
     front.filter(|point| point.scene == scene).collect()
 }
 
-/// Fills the folder.
-fn write(folder: &Path, about: &page::About, all: &[(Part, Measured)], aims: &[Aim]) -> Result<()> {
+/// Fills the folder, and returns what the page shows.
+fn write(folder: &Path, about: &page::About, all: &[(Part, Measured)], aims: &[Aim]) -> Result<Vec<Section>> {
     let points: Vec<Point> = all.iter().flat_map(|(_, measured)| measured.points.iter().cloned()).collect();
     table::write_csv(&folder.join("points.csv"), &points)?;
     let mut sections = Vec::new();
@@ -153,7 +198,8 @@ fn write(folder: &Path, about: &page::About, all: &[(Part, Measured)], aims: &[A
         }
         sections.push(section);
     }
-    text(&folder.join("index.html"), &page::html(about, &sections, aims))
+    text(&folder.join("index.html"), &page::html(about, &sections, aims))?;
+    Ok(sections)
 }
 
 fn text(path: &Path, text: &str) -> Result<()> {

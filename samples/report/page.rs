@@ -12,7 +12,7 @@ use super::{
     parts::{self, Part},
     plot,
     table::{FOR_PEOPLE, short},
-    variants::{self, Family},
+    variants::Family,
 };
 use crate::{
     app::{cli::ReportArgs, picture::Picture, png},
@@ -25,6 +25,7 @@ pub struct About {
     on_cpu: bool,
     size: [u32; 2],
     rounds: u32,
+    minutes: u64,
     quick: bool,
     started: String,
     seconds: u64,
@@ -38,6 +39,7 @@ impl About {
             on_cpu: device.ctx.is_cpu(),
             size: args.pixels(),
             rounds: args.rounds(),
+            minutes: args.budget().as_secs() / 60,
             quick: args.quick,
             started: humantime::format_rfc3339_seconds(started).to_string(),
             seconds: started.elapsed().map_or(0, |elapsed| elapsed.as_secs()),
@@ -47,15 +49,19 @@ impl About {
     fn line(&self) -> String {
         let [width, height] = self.size;
         format!(
-            "{}; {width}×{height} pixels; {} rounds{}; begun {}, {} s",
+            "{}; {width}×{height} pixels; up to {} rounds, as many as {} minutes let; {}begun {}, took {} s",
             self.device,
             self.rounds,
-            if self.quick { "; --quick: a look, no figure worth quoting" } else { "" },
+            self.minutes,
+            if self.quick { QUICK } else { "" },
             self.started,
             self.seconds
         )
     }
 }
+
+/// What sets a quick run apart.
+const QUICK: &str = "--quick: a look, no figure worth quoting, timed while surface data are written; ";
 
 /// A part as it is shown.
 pub struct Section {
@@ -65,6 +71,8 @@ pub struct Section {
     pub plots: Vec<(String, String)>,
     /// Sentences under the plots.
     findings: Vec<String>,
+    /// Who is faster within one error, and where that changes.
+    duel: Vec<String>,
     points: Vec<Point>,
     /// The stand of the points is told in a column.
     varies: Option<&'static str>,
@@ -84,7 +92,7 @@ impl Section {
     pub fn of(part: &Part, measured: &Measured) -> Result<Section> {
         let points: Vec<&Point> = measured.points.iter().collect();
         let mut plots = Vec::new();
-        let mut findings = Vec::new();
+        let (mut findings, mut duel) = (Vec::new(), Vec::new());
         if let Some(varies) = part.varies {
             let ms = |point: &Point| point.place()[0];
             plots.push((
@@ -95,6 +103,15 @@ impl Section {
             let label = "depth error, 99th percentile (footprints)";
             plots.push((format!("{}-error", part.id), plot::sweep(&points, varies, label, error, false)?));
             findings = slopes(&points, varies);
+            let fastest = within_one_error(&points);
+            if !fastest.is_empty() {
+                let fastest: Vec<&Point> = fastest.iter().collect();
+                plots.push((
+                    format!("{}-crossover", part.id),
+                    plot::sweep(&fastest, varies, "GPU time at equal error (ms)", ms, true)?,
+                ));
+                duel = at_equal_error(&fastest, varies);
+            }
         } else {
             let file =
                 if part.id == "front" { format!("front-{}", word(&part.stands[0].scene)) } else { part.id.to_owned() };
@@ -102,9 +119,18 @@ impl Section {
             plots.push((file, plot::front(&points, plot::Judged::Depth)?));
             plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
         }
+        let timed: Vec<usize> = points.iter().map(|point| point.timing.times.len()).collect();
+        let least = timed.iter().copied().min().unwrap_or(0);
+        let plural = if least == 1 { "" } else { "s" };
+        let seconds = measured.took.as_secs();
+        findings.push(format!("{} points, {least} round{plural} in turns, {seconds} s in all.", timed.len()));
+        if !measured.left_out.is_empty() {
+            findings.push(format!("This device lacks the stages for: {}.", measured.left_out.join(", ")));
+        }
         let shown = measured.shown.iter().map(embedded).collect::<Result<_>>()?;
         let points = measured.points.clone();
-        Ok(Section { title: part.title.clone(), text: part.text, plots, findings, points, varies: part.varies, shown })
+        let title = part.title.clone();
+        Ok(Section { title, text: part.text, plots, findings, duel, points, varies: part.varies, shown })
     }
 }
 
@@ -114,7 +140,7 @@ fn word(scene: &str) -> String {
     stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// One sentence a technique on how its time grows, and where two of them cross.
+/// One sentence a technique on how its time grows.
 fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
     let mut names: Vec<&str> = Vec::new();
     for point in points {
@@ -133,36 +159,67 @@ fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
         let error = error.map_or(String::new(), |k| format!(", the error with {k:.2}"));
         Some(format!("{name}: time grows with the power {time:.2} of {varies}{error}."))
     };
-    let mut found: Vec<String> = names.iter().filter_map(grown).collect();
-    found.extend(at_equal_error(points, varies));
-    found
+    names.iter().filter_map(grown).collect()
 }
 
-/// Where a micro-mesh was matched: who is faster within its error, and where that changes.
+/// What ours are called where the fastest stands for all.
+const OURS: &str = "ours, the fastest";
+
+/// Of each place the fastest of ours within the error at which baselines are matched, and these; none where none are.
+fn within_one_error(points: &[&Point]) -> Vec<Point> {
+    let matched: Vec<&Point> = points.iter().filter(|point| point.variant.is_matched()).copied().collect();
+    let mut places: Vec<f64> = matched.iter().filter_map(|point| point.x).collect();
+    places.dedup();
+    let able = |point: &&&Point| {
+        matches!(point.variant.family, Family::Walk | Family::Prism) && point.metrics.depth_p99 <= parts::MATCHED
+    };
+    let fastest = |x: &f64| {
+        let here = points.iter().filter(able).filter(|point| point.x == Some(*x));
+        let mut best: Point = (*here.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0]))?).clone();
+        best.variant.setting = best.variant.name();
+        best.variant.technique = OURS.to_owned();
+        Some(best)
+    };
+    let ours: Vec<Point> = places.iter().filter_map(fastest).collect();
+    ours.into_iter().chain(matched.into_iter().cloned()).collect()
+}
+
+/// Who is faster within one error at each place, and where that changes.
 fn at_equal_error(points: &[&Point], varies: &str) -> Vec<String> {
-    let matched = |point: &&&Point| point.variant.technique.starts_with(variants::MATCHED);
-    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let (ours, theirs): (Vec<&Point>, Vec<&Point>) =
+        points.iter().copied().partition(|point| point.variant.technique == OURS);
     let mut sentences = Vec::new();
-    for baseline in points.iter().filter(matched) {
-        let (Some(x), [ms, _]) = (baseline.x, baseline.place()) else { continue };
-        let able = points.iter().filter(|point| point.x == Some(x) && point.variant.family == Family::Walk);
-        let able = able.filter(|point| point.metrics.depth_p99 <= parts::MATCHED);
-        let Some(best) = able.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0])) else { continue };
-        let [best_ms, _] = best.place();
-        let (name, other) = (best.variant.name(), baseline.variant.name());
-        let (more, winner) = if best_ms < ms { (ms / best_ms, name) } else { (best_ms / ms, other) };
-        sentences.push(format!(
-            "Within {} footprints at {varies} {}: {winner} is {} times faster.",
-            parts::MATCHED,
-            baseline.condition,
-            short(more)
-        ));
-        ours.push([x, best_ms]);
-        theirs.push([x, ms]);
+    let (mut our_curve, mut their_curve) = (Vec::new(), Vec::new());
+    let mut places: Vec<(f64, &str)> =
+        points.iter().filter_map(|point| Some((point.x?, point.condition.as_str()))).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    places.dedup();
+    for (x, condition) in places {
+        let fastest = |of: &[&Point]| -> Option<(f64, String)> {
+            let here = of.iter().filter(|point| point.x == Some(x));
+            let point = here.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0]))?;
+            let name =
+                if point.variant.technique == OURS { point.variant.setting.clone() } else { point.variant.name() };
+            Some((point.place()[0], name))
+        };
+        let verdict = match (fastest(&ours), fastest(&theirs)) {
+            (Some((our_ms, our_name)), Some((ms, name))) => {
+                our_curve.push([x, our_ms]);
+                their_curve.push([x, ms]);
+                let (who, than, more) =
+                    if our_ms < ms { (our_name, name, ms / our_ms) } else { (name, our_name, our_ms / ms) };
+                format!("{who} is {} times faster than {than}", short(more))
+            }
+            (Some((_, name)), None) => format!("only {name} is within it"),
+            (None, Some((_, name))) => format!("only {name} is within it"),
+            (None, None) => "nothing is within it".to_owned(),
+        };
+        sentences.push(format!("{varies} {condition}: {verdict}."));
     }
-    if let Some(x) = fit::crossing(&ours, &theirs) {
-        sentences.push(format!("Crossover, within that error: at {varies} {}.", short(x)));
-    }
+    sentences.push(match fit::crossing(&our_curve, &their_curve) {
+        Some(x) => format!("Crossover: at {varies} {}.", short(x)),
+        None => "No crossover in this range.".to_owned(),
+    });
     sentences
 }
 
@@ -226,16 +283,21 @@ pub fn html(about: &About, sections: &[Section], aims: &[Aim]) -> String {
         put(format!("<p>{}</p>", plain(CONTESTS)));
         put(aims_table(aims));
     }
+    let duels: Vec<&Section> = sections.iter().filter(|section| !section.duel.is_empty()).collect();
+    if !duels.is_empty() {
+        put("<h2 id=\"wins\">Where tessellation wins</h2>".into());
+        put(format!("<p>{}</p>", plain(DUELS)));
+        for section in duels {
+            put(format!("<h3>{}</h3>{}", plain(&section.title), list(&section.duel)));
+        }
+    }
     for (i, section) in sections.iter().enumerate() {
         put(format!("<h2 id=\"s{i}\">{}</h2><p>{}</p>", plain(&section.title), plain(section.text)));
         put(format!(
             "<div class=\"plots\">{}</div>",
             section.plots.iter().map(|(_, svg)| svg.as_str()).collect::<String>()
         ));
-        if !section.findings.is_empty() {
-            let items: String = section.findings.iter().map(|text| format!("<li>{}</li>", plain(text))).collect();
-            put(format!("<ul>{items}</ul>"));
-        }
+        put(list(&section.findings));
         put(pictures(&section.shown));
         put(table(section));
     }
@@ -255,9 +317,15 @@ machine lengthens them, triangles cost far more in proportion than on a GPU, and
 Ratios between shaders that do the same work hold best; orders of magnitude are not those of a GPU. The number of fragment \
 shader invocations beside each time does not depend on the load.";
 
-const CONTESTS: &str = "At equal error: the coarsest micro-mesh whose 99th percentile is within the error, found by bisection \
-and drawn in three ways, of which the fastest counts, against our fastest setting within the same error. The spread is that of \
-ratios within a round.";
+const CONTESTS: &str = "At equal error: of each kind of baseline the coarsest whose 99th percentile is within the error, found \
+by bisection (the micro-mesh is drawn in three ways, of which the fastest counts), against our fastest setting within the same \
+error. The best baseline is the fastest of them; the others stand behind it. The spread is that of ratios within a round. \
+Memory is all that is kept on the device, and what a baseline culls by on the CPU, without the colour textures.";
+
+const DUELS: &str = "A shell pays for each pixel, and for each prism on the pixel's way; a tessellated mesh pays for each small \
+triangle, but no more than its error asks. So the denser the base mesh and the smoother the map, the better for tessellation. \
+Here the fastest of ours and of the baselines, all within half a footprint (99th percentile); the plots of these parts show \
+both as curves.";
 
 fn aims_table(aims: &[Aim]) -> String {
     let mut text =
@@ -279,6 +347,11 @@ fn aims_table(aims: &[Aim]) -> String {
         );
     }
     text + "</table></div>"
+}
+
+fn list(sentences: &[String]) -> String {
+    let items: String = sentences.iter().map(|text| format!("<li>{}</li>", plain(text))).collect();
+    format!("<ul>{items}</ul>")
 }
 
 /// What an aim found, and its quartiles.
@@ -342,8 +415,8 @@ fn table(section: &Section) -> String {
     text + "</table></div></details>"
 }
 
-/// The aims for the terminal, as Markdown.
-pub fn summary(about: &About, aims: &[Aim]) -> String {
+/// The aims and crossovers for the terminal, as Markdown.
+pub fn summary(about: &About, sections: &[Section], aims: &[Aim]) -> String {
     let mut text = format!(
         "{}\n\n| scene | what | who | asked | found | quartiles | verdict |\n|{}\n",
         about.line(),
@@ -353,6 +426,12 @@ pub fn summary(about: &About, aims: &[Aim]) -> String {
         let [found, spread] = cells(aim);
         let Aim { scene, what, who, asked, .. } = aim;
         let _ = writeln!(text, "| {scene} | {what} | {who} | {asked} | {found} | {spread} | {} |", aim.verdict());
+    }
+    for section in sections.iter().filter(|section| !section.duel.is_empty()) {
+        let _ = writeln!(text, "\n{}, within {} footprints:\n", section.title, parts::MATCHED);
+        for sentence in &section.duel {
+            let _ = writeln!(text, "- {sentence}");
+        }
     }
     text
 }

@@ -43,6 +43,7 @@ const COLUMNS: &[&str] = &[
     "outliers",
     "rounds",
     "fragments",
+    "height_reads",
     "memory_mib",
 ];
 
@@ -90,6 +91,7 @@ fn fields(point: &Point) -> Vec<String> {
         timing.outliers().len().to_string(),
         timing.times.len().to_string(),
         timing.fragments.map_or(String::new(), |n| n.to_string()),
+        maybe(point.reads),
         number(point.memory),
     ]
 }
@@ -155,6 +157,11 @@ pub const FOR_PEOPLE: &[Column] = &[
         head: "fragments",
         meaning: "fragment shader invocations of a frame",
         cell: |p| p.timing.fragments.map(|n| n.to_string()),
+    },
+    Column {
+        head: "reads",
+        meaning: "reads of the height map, its bounds or cones by fragments, for each covered pixel",
+        cell: |p| p.reads.map(short),
     },
     Column { head: "MiB", meaning: "kept on the device, colour textures not counted", cell: |p| Some(short(p.memory)) },
     Column { head: "p50", meaning: "median depth error, pixel footprints", cell: |p| Some(short(p.metrics.depth_p50)) },

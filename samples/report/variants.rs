@@ -1,6 +1,6 @@
 //! The ways to draw that are compared, as data.
 
-use prism_engine::settings::{Baseline, Culling, March, SelfShadow, Settings, Shell, Stage};
+use prism_engine::settings::{Baseline, Culling, Dicer, March, SelfShadow, Settings, Shell, Stage};
 
 /// Linear steps, or most cones, of a march.
 const STEPS: &[u32] = &[8, 16, 32, 64, 128];
@@ -12,11 +12,17 @@ const QUICK_STEPS: &[u32] = &[8, 32];
 const DENSITIES: &[u32] = &[1, 2, 4, 8, 16, 32, 64];
 /// The same where time is short.
 const QUICK_DENSITIES: &[u32] = &[4, 16];
+/// Edges of diced triangles, pixels.
+const EDGES: &[f32] = &[16.0, 8.0, 4.0, 2.0, 1.0];
+/// The same where time is short.
+const QUICK_EDGES: &[f32] = &[8.0, 2.0];
 /// Steps from which a march counts as a patient one: none of them may beat the exact march in both error and time.
 pub const PATIENT: u32 = 32;
 
-/// The technique of a micro-mesh that is as coarse as an error allows.
-pub const MATCHED: &str = "micro-mesh, matched";
+/// Ends the technique of a baseline that is as coarse as an error allows.
+const MATCHED: &str = ", matched";
+/// Name of pre-tessellated meshes.
+const MICRO_MESH: &str = "micro-mesh";
 
 /// What a technique is built on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,6 +35,28 @@ pub enum Family {
     Walk,
     /// What a user would take instead.
     Baseline,
+}
+
+/// What a user would take instead: a kind of baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rival {
+    /// Pre-tessellated.
+    MicroMesh,
+    /// Diced for each frame.
+    Diced(Dicer),
+}
+
+impl Rival {
+    /// Every kind.
+    pub const ALL: &'static [Rival] = &[Rival::MicroMesh, Rival::Diced(Dicer::Tessellation), Rival::Diced(Dicer::Mesh)];
+
+    /// How its techniques' names begin.
+    pub fn name(self) -> &'static str {
+        match self {
+            Rival::MicroMesh => MICRO_MESH,
+            Rival::Diced(by) => by.name(),
+        }
+    }
 }
 
 /// A way to draw.
@@ -63,6 +91,25 @@ impl Variant {
         self.technique += suffix;
         change(&mut self.settings);
         self
+    }
+
+    /// The same as the coarsest of its kind that an error allows.
+    pub fn matched(mut self) -> Variant {
+        self.technique += MATCHED;
+        self
+    }
+
+    /// Whether it was chosen by its error.
+    pub fn is_matched(&self) -> bool {
+        self.technique.ends_with(MATCHED)
+    }
+
+    /// The kind of baseline that it is; none of ours.
+    pub fn rival(&self) -> Option<Rival> {
+        self.settings.baseline.map(|baseline| match baseline {
+            Baseline::MicroMesh { .. } => Rival::MicroMesh,
+            Baseline::Diced { by, .. } => Rival::Diced(by),
+        })
     }
 
     /// Whether it searches with many steps.
@@ -111,9 +158,20 @@ pub fn micro_mesh(density: u32, culling: Culling) -> Variant {
     };
     Variant {
         family: Family::Baseline,
-        technique: format!("micro-mesh{way}"),
+        technique: format!("{MICRO_MESH}{way}"),
         setting: format!("density {density}"),
         settings: Settings { baseline: Some(Baseline::MicroMesh { density, culling }), ..Settings::default() },
+        shown: false,
+    }
+}
+
+/// Base triangles that the GPU dices for each frame, with edges of so many pixels.
+pub fn diced(by: Dicer, edge: f32) -> Variant {
+    Variant {
+        family: Family::Baseline,
+        technique: by.name().to_owned(),
+        setting: format!("edges of {} px", (100.0 * edge).round() / 100.0),
+        settings: Settings { baseline: Some(Baseline::Diced { by, edge, culls: true }), ..Settings::default() },
         shown: false,
     }
 }
@@ -129,7 +187,7 @@ pub fn all() -> Vec<Variant> {
             all.extend(at_all(shell, march, STEPS));
         }
     }
-    all.extend(baselines(DENSITIES));
+    all.extend(baselines(DENSITIES, EDGES));
     all.into_iter().map(shown).collect()
 }
 
@@ -145,7 +203,7 @@ pub fn some() -> Vec<Variant> {
         }
     }
     some.push(march(Shell::Prism, March::Exact, 0));
-    some.extend(baselines(DENSITIES));
+    some.extend(baselines(DENSITIES, EDGES));
     some.into_iter().map(shown).collect()
 }
 
@@ -157,7 +215,7 @@ pub fn few() -> Vec<Variant> {
     few.extend(at_all(Shell::Walk, March::Pom, QUICK_STEPS));
     few.push(march(Shell::Walk, March::Exact, 0));
     few.push(march(Shell::Prism, March::Exact, 0));
-    few.extend(baselines(QUICK_DENSITIES));
+    few.extend(baselines(QUICK_DENSITIES, QUICK_EDGES));
     few.into_iter().map(shown).collect()
 }
 
@@ -171,21 +229,29 @@ fn shown(variant: Variant) -> Variant {
         "walk exact",
         "micro-mesh, density 4",
         "micro-mesh, density 16",
+        "tessellation, edges of 8 px",
+        "tessellation, edges of 2 px",
+        "mesh-tessellation, edges of 2 px",
     ];
     if SHOWN.contains(&variant.name().as_str()) { variant.show() } else { variant }
 }
 
-fn baselines(densities: &[u32]) -> Vec<Variant> {
-    densities.iter().map(|&density| micro_mesh(density, Culling::Triangles)).collect()
+fn baselines(densities: &[u32], edges: &[f32]) -> Vec<Variant> {
+    let mut all: Vec<_> = densities.iter().map(|&density| micro_mesh(density, Culling::Triangles)).collect();
+    for &by in Dicer::ALL {
+        all.extend(edges.iter().map(|&edge| diced(by, edge)));
+    }
+    all
 }
 
-/// What a sweep follows: ours exact and stepping, the classic technique, and a micro-mesh of a fixed density.
+/// What a sweep follows: ours exact and stepping, the classic technique, a micro-mesh of a fixed density, and tessellation.
 pub fn followed() -> Vec<Variant> {
     vec![
         march(Shell::Off, March::Pom, 32),
         march(Shell::Walk, March::Pom, 8),
         march(Shell::Walk, March::Exact, 0),
         micro_mesh(16, Culling::Triangles),
+        diced(Dicer::Tessellation, 2.0),
     ]
 }
 

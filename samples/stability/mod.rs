@@ -122,6 +122,7 @@ mod tests {
         aov::Aov,
         scene::{Camera, Projection},
     };
+    use std::sync::atomic::AtomicUsize;
 
     fn camera() -> Camera {
         let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
@@ -144,7 +145,15 @@ mod tests {
         let mut aov = Aov::missed(width, height);
         aov.depth[0] = 1.0;
         let (scene, camera) = (empty_scene(), camera());
-        let shot = Shot { name: "none", scene: &scene, camera: &camera, frame: &frame, aov: &aov, variants: &[] };
+        let shot = Shot {
+            name: "none",
+            scene: &scene,
+            camera: &camera,
+            frame: &frame,
+            aov: &aov,
+            variants: &[],
+            done: &AtomicUsize::new(0),
+        };
         let (picture, figures) = Panels.compose(&shot, size);
         let at = |x: usize, y: usize| <[u8; 3]>::try_from(&picture.pixels[y * 9 + x][..3]).unwrap();
         assert_eq!((at(0, 0), at(3, 49)), ([1, 2, 3], [1, 2, 3]), "the frame");

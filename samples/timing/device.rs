@@ -35,6 +35,8 @@ pub struct Drawn {
     pub picture: Picture,
     /// What it shows.
     pub surface: Aov,
+    /// Reads of height maps, where they are counted.
+    pub height_reads: Option<u32>,
 }
 
 /// What a frame took.
@@ -69,7 +71,9 @@ impl Device {
             Feature::TessellationShader,
             Feature::SampleRateShading,
         ];
-        optional.extend(statistics.then_some(Feature::PipelineStatistics));
+        if statistics {
+            optional.extend([Feature::PipelineStatistics, Feature::FragmentStoresAndAtomics]);
+        }
         let desc = ContextDesc {
             app,
             validation: args.validation,
@@ -133,8 +137,12 @@ impl Device {
     /// One frame and its surface data.
     pub fn shot(&mut self, scene: &Scene, settings: &Settings, view: &View) -> Result<Drawn> {
         let mut renderer = self.measuring(scene, settings)?;
-        self.draw(&mut renderer, view, false)?;
-        Ok(Drawn { picture: self.targets[&view.size].read()?, surface: renderer.read_aov()? })
+        let slot = self.draw(&mut renderer, view, false)?;
+        Ok(Drawn {
+            picture: self.targets[&view.size].read()?,
+            surface: renderer.read_aov()?,
+            height_reads: renderer.height_reads(slot)?,
+        })
     }
 
     /// One frame's surface data.

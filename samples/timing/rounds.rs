@@ -1,5 +1,7 @@
 //! Fair timing: all variants take turns in one process, and what is compared was measured in the same round.
 
+use std::time::Instant;
+
 use prism_engine::{error::Result, render::Renderer, scene::Scene, settings::Settings};
 
 use super::device::{Cost, Device, View};
@@ -74,9 +76,16 @@ struct Entry {
 #[derive(Default)]
 pub struct Rounds {
     entries: Vec<Entry>,
+    writes_surface: bool,
 }
 
 impl Rounds {
+    /// Of frames that write surface data too. It makes all of them a little slower, but where they were measured before, no
+    /// shader has to be compiled for the timing alone.
+    pub fn writing_surface() -> Rounds {
+        Rounds { writes_surface: true, ..Rounds::default() }
+    }
+
     /// Lets a variant take part, once whatever the number of rows that it is in, and returns its place.
     pub fn add(
         &mut self,
@@ -89,7 +98,8 @@ impl Rounds {
         if let Some(place) = self.entries.iter().position(|entry| entry.name == name) {
             return Ok(place);
         }
-        let renderer = device.renderer(scene, settings)?;
+        let renderer =
+            if self.writes_surface { device.measuring(scene, settings)? } else { device.renderer(scene, settings)? };
         self.entries.push(Entry { name: name.to_owned(), renderer, view: *view, timing: Timing::default() });
         Ok(self.entries.len() - 1)
     }
@@ -100,19 +110,35 @@ impl Rounds {
     }
 
     /// Times every variant once a round; `tick` is called after every frame, with the number of rounds done.
-    pub fn run(&mut self, device: &mut Device, rounds: u32, mut tick: impl FnMut(u32)) -> Result<()> {
+    pub fn run(&mut self, device: &mut Device, rounds: u32, tick: impl FnMut(u32)) -> Result<()> {
+        self.run_until(device, rounds, None, tick)
+    }
+
+    /// The same, with fewer rounds where time is up before: one that counts at least, after one that does not.
+    pub fn run_until(
+        &mut self,
+        device: &mut Device,
+        rounds: u32,
+        end: Option<Instant>,
+        mut tick: impl FnMut(u32),
+    ) -> Result<()> {
         let count = self.entries.len();
-        for round in 0..WARM_UP + rounds {
+        let late = || end.is_some_and(|end| Instant::now() >= end);
+        let (mut round, mut timed) = (0, 0);
+        while timed < rounds && !(timed > 0 && late()) {
+            let counts = round >= WARM_UP || round > 0 && late();
             for i in 0..count {
                 // Each round begins with another one, so that nobody always follows the same neighbour.
                 let entry = &mut self.entries[(i + round as usize) % count];
                 let Cost { ms, fragments } = device.time(&mut entry.renderer, &entry.view)?;
-                if round >= WARM_UP {
+                if counts {
                     entry.timing.times.push(ms);
                     entry.timing.fragments = fragments;
                 }
-                tick((round + u32::from(i + 1 == count)).saturating_sub(WARM_UP));
+                tick(timed + u32::from(counts && i + 1 == count));
             }
+            round += 1;
+            timed += u32::from(counts);
         }
         Ok(())
     }

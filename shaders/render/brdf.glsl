@@ -1,5 +1,6 @@
 // glTF's metallic-roughness model: GGX distribution, height-correlated Smith visibility, Schlick Fresnel
-// (glTF 2.0 specification, appendix B; Heitz 2014; Walter et al. 2007), and the lights.
+// (glTF 2.0 specification, appendix B; Heitz 2014; Walter et al. 2007), its reflection as KHR_materials_specular has it,
+// and the lights.
 #ifndef RENDER_BRDF_GLSL
 #define RENDER_BRDF_GLSL
 
@@ -11,6 +12,7 @@ struct Surface {
     vec3 geometric; // normal of the surface itself, unit, toward the viewer
     vec3 view;      // unit, toward the viewer
     vec3 base_color;
+    vec4 reflectance; // at normal incidence, by colour; w: at grazing
     float metallic;
     float roughness;
     float occlusion;
@@ -59,9 +61,15 @@ vec3 reflected(Surface surface, vec3 light) {
     float d = nh * nh * (a2 - 1.0) + 1.0;
     float distribution = a2 / (PI * d * d);
     float visibility = 0.5 / (nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2));
-    vec3 f0 = mix(vec3(0.04), surface.base_color, surface.metallic);
-    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - vh, 5.0);
-    vec3 diffuse = (1.0 - fresnel) * (1.0 - surface.metallic) * surface.base_color / PI;
+    vec3 f0 = surface.reflectance.rgb;
+    vec3 fresnel = f0 + (surface.reflectance.w - f0) * pow(1.0 - vh, 5.0);
+#ifdef SPECULAR
+    // Of a coloured reflection the complement is not to show.
+    vec3 passed = vec3(1.0 - max(fresnel.r, max(fresnel.g, fresnel.b)));
+#else
+    vec3 passed = 1.0 - fresnel;
+#endif
+    vec3 diffuse = passed * (1.0 - surface.metallic) * surface.base_color / PI;
     return nl * (diffuse + fresnel * distribution * visibility);
 }
 
@@ -96,8 +104,7 @@ vec3 ambient_irradiance(vec3 normal) {
 // What is not lit directly still has form.
 vec3 ambient(Surface surface) {
     vec3 irradiance = ambient_irradiance(surface.normal);
-    vec3 f0 = mix(vec3(0.04), surface.base_color, surface.metallic);
-    vec3 albedo = surface.base_color * (1.0 - surface.metallic) + f0;
+    vec3 albedo = surface.base_color * (1.0 - surface.metallic) + surface.reflectance.rgb;
     return surface.occlusion * irradiance * albedo;
 }
 

@@ -3,6 +3,7 @@
 #define RENDER_INTERFACE_GLSL
 
 #include "layout.glsl"
+#include "shell/work.glsl"
 
 // Of a fragment's inputs: taken at the sample that it is alone for.
 #ifdef SAMPLE_SHADING
@@ -16,16 +17,32 @@ layout(std430, set = 0, binding = 1) readonly buffer ObjectBlock { Object item[]
 #ifdef HAS_LIGHTS
 layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; } lights;
 #endif
-#ifdef COUNT_LIMITS
-layout(std430, set = 0, binding = 3) buffer CounterBlock { uint limits; } counters;
+#if defined(COUNT_LIMITS) || defined(COUNT_READS)
+layout(std430, set = 0, binding = 3) buffer CounterBlock { Counters item; } counters;
+#endif
+
+#ifdef VIEW_LIMITS
+// Of this fragment.
+uint limits_reached = 0u;
 #endif
 
 // Counts loops that gave up, where they are counted.
 void count_limits(int limits) {
+#ifdef VIEW_LIMITS
+    limits_reached += uint(limits);
+#endif
 #ifdef COUNT_LIMITS
     if (limits > 0) {
-        atomicAdd(counters.limits, uint(limits));
+        atomicAdd(counters.item.limits, uint(limits));
     }
+#endif
+}
+
+// Counts what the fragment has read of height maps, where that is counted.
+void count_reads() {
+#ifdef COUNT_READS
+    atomicAdd(counters.item.reads, height_reads);
+    height_reads = 0u;
 #endif
 }
 

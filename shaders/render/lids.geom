@@ -9,12 +9,19 @@ layout(triangle_strip, max_vertices = 6) out;
 layout(location = 0) in vec4 in_lid[];
 layout(location = 1) in vec4 in_base[];
 layout(location = 2) in vec2 in_levels[];
+#ifdef CULLED
+layout(location = 3) flat in uint in_prism[];
+#endif
 
 layout(location = 0) flat out uint out_prism;
 layout(location = 1) out float out_level;
 
 void main() {
+#ifdef CULLED
+    uint prism = in_prism[0];
+#else
     uint prism = uint(gl_PrimitiveIDIn);
+#endif
     if (is_plain(prisms.item[prism].corners.w)) {
         return;
     }

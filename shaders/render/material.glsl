@@ -17,6 +17,12 @@ layout(set = 1, binding = 7) uniform sampler2D occlusion_map;
 #ifdef EMISSIVE_UV
 layout(set = 1, binding = 8) uniform sampler2D emissive_map;
 #endif
+#ifdef SPECULAR_UV
+layout(set = 1, binding = 32) uniform sampler2D specular_map;
+#endif
+#ifdef SPECULAR_COLOR_UV
+layout(set = 1, binding = 33) uniform sampler2D specular_color_map;
+#endif
 
 // One UV set with its change to the next pixel right and down.
 struct TexturePoint {
@@ -32,6 +38,7 @@ vec4 sample_map(sampler2D map, vec4 transform[2], TexturePoint at) {
 struct MaterialPoint {
     vec4 base_color;
     float metallic, roughness, occlusion;
+    vec4 reflectance; // at normal incidence, by colour; w: at grazing
     vec3 emissive;
     vec3 normal; // tangent space, unit; (0, 0, 1) without a normal map
 };
@@ -56,6 +63,19 @@ MaterialPoint material_at(TexturePoint at[2]) {
     vec3 n = sample_map(normal_map, material.normal_uv, at[NORMAL_UV]).xyz * 2.0 - 1.0;
     m.normal = normalize(n * vec3(material.factors.zz, 1.0));
 #endif
+    m.reflectance = vec4(vec3(0.04), 1.0);
+#ifdef SPECULAR
+    // KHR_materials_specular.
+    vec4 specular = material.specular;
+#ifdef SPECULAR_UV
+    specular.w *= sample_map(specular_map, material.specular_uv, at[SPECULAR_UV]).a;
+#endif
+#ifdef SPECULAR_COLOR_UV
+    specular.rgb *= sample_map(specular_color_map, material.specular_color_uv, at[SPECULAR_COLOR_UV]).rgb;
+#endif
+    m.reflectance = specular.w * vec4(min(0.04 * specular.rgb, 1.0), 1.0);
+#endif
+    m.reflectance = mix(m.reflectance, vec4(m.base_color.rgb, 1.0), m.metallic);
 #ifdef OCCLUSION_UV
     m.occlusion = 1.0 + material.factors.w * (sample_map(occlusion_map, material.occlusion_uv, at[OCCLUSION_UV]).r - 1.0);
 #endif

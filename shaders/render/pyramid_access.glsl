@@ -4,11 +4,13 @@
 #ifdef MARCH_EXACT
 
 #include "shell/pyramid.glsl"
+#include "shell/work.glsl"
 #include "shell/exact.glsl"
 
 layout(std430, set = 1, binding = 9) readonly buffer PyramidBlock { uint item[]; } pyramid;
 
 vec2 height_bounds(ivec2 first, ivec2 last) {
+    count_read();
     ivec2 size = ivec2(height_size()), period = pyramid_period(size), extent = last - first;
     // Where the map is clamped, all cells beyond it are like the outermost.
     ivec2 start;

@@ -66,11 +66,24 @@ void main() {
     ShellHit hit = plain_trace(projected, two_sided, depth, frame.lens.z, object.handedness.x);
 #endif
     if (!hit.hit || hit.depth > frame.lens.w) {
+        count_reads();
+#if defined(VIEW_LIMITS) && !defined(AOV)
+        // What it may have missed is shown over all.
+        if (limits_reached > 0u) {
+            out_color = vec4(1.0, 0.0, 0.0, 1.0);
+            gl_FragDepth = gl_FragCoord.z;
+            return;
+        }
+#endif
         discard;
     }
+#ifdef VIEW_PRISMS
+    seen_prism = in_prism;
+#endif
 
 #ifdef HAS_HEIGHT
     shade_hit(object, in_prism, v, ndc, prism, settings, hit);
+    count_reads();
 #else
     write_shaded(shaded_at(object, in_prism, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
 #endif

@@ -188,6 +188,7 @@ Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, ve
     surface.normal = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, normal));
     surface.geometric = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, geometric));
     surface.base_color = m.base_color.rgb;
+    surface.reflectance = m.reflectance;
     surface.metallic = m.metallic;
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;

@@ -167,6 +167,7 @@ void main() {
     geometric = normal - gradient * jacobian;
 #endif
     normal = normalize(normal - scale * shading_gradient(height_uv, lod) * jacobian);
+    count_reads();
 #endif
     geometric *= dot(geometric, toward_eye(object, position)) < 0.0 ? -1.0 : 1.0;
     MaterialPoint m = material_at(at);
@@ -186,6 +187,7 @@ void main() {
     surface.normal = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, normal));
     surface.geometric = normalize(transform_direction(object.normal_x, object.normal_y, object.normal_z, geometric));
     surface.base_color = m.base_color.rgb;
+    surface.reflectance = m.reflectance;
     surface.metallic = m.metallic;
     surface.roughness = m.roughness;
     surface.occlusion = m.occlusion;

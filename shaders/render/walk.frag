@@ -57,6 +57,9 @@ void main() {
     count_limits(hit.limits);
     // What misses is discarded at the end: before it, lavapipe would run all that follows for no fragment.
     bool shown = hit.hit;
+#ifdef VIEW_PRISMS
+    seen_prism = hit.prism;
+#endif
     if (shown) {
         uvec4 corners = prisms.item[hit.prism].corners;
         Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
@@ -75,7 +78,16 @@ void main() {
             shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
         }
     }
+    count_reads();
     if (!shown) {
+#if defined(VIEW_LIMITS) && !defined(AOV)
+        // What it may have missed is shown over all.
+        if (limits_reached > 0u) {
+            out_color = vec4(1.0, 0.0, 0.0, 1.0);
+            gl_FragDepth = gl_FragCoord.z;
+            return;
+        }
+#endif
         discard;
     }
 }

@@ -22,9 +22,11 @@ float height_at(vec2 uv, float lod) {
 #ifdef HEIGHT_MIPS
     // The sampler's filter has 8-bit fractions: steps where a texel is larger than a pixel, so not for LOD 0.
     if (lod >= 1.0) {
+        count_read();
         return textureLod(HEIGHT_MIPS, uv, lod).r;
     }
     if (lod > 0.0) {
+        count_read();
         return mix(map_height(HEIGHT_MAP, height_size(), uv), textureLod(HEIGHT_MIPS, uv, 1.0).r, lod);
     }
 #endif

@@ -3,9 +3,12 @@
 #ifndef SHELL_HEIGHT_MAP_GLSL
 #define SHELL_HEIGHT_MAP_GLSL
 
+#include "shell/work.glsl"
+
 // The texels of cell `cell`, which spans texel centres `cell` and `cell` + 1, row by row: gathered from the middle of the
 // four, where rounding cannot choose others.
 vec4 map_cell(sampler2D map, vec2 size, ivec2 cell) {
+    count_read();
     return textureGather(map, (vec2(cell) + 1.0) * (1.0 / size)).wzxy;
 }
 

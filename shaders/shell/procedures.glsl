@@ -16,6 +16,8 @@
 #ifndef SHELL_PROCEDURES_GLSL
 #define SHELL_PROCEDURES_GLSL
 
+#include "shell/work.glsl"
+
 // 0, an undefined name's value, is none.
 #define PROCEDURE_BRICKS 1
 #define PROCEDURE_COBBLES 2
@@ -38,6 +40,7 @@
 
 // The height of the procedure of this number, one that a define names.
 float procedure_height(const int procedure, vec2 uv) {
+    count_read();
 #if IS_PROCEDURE(PROCEDURE_BRICKS)
     if (procedure == PROCEDURE_BRICKS) {
         return bricks_height(uv);
@@ -79,10 +82,12 @@ float height_at(vec2 uv, float lod) {
 }
 
 vec2 height_gradient(vec2 uv, float lod) {
+    count_read();
     return OWN_GRADIENT(uv);
 }
 
 vec4 height_bounds_uv(vec2 low, vec2 high) {
+    count_read();
     return OWN_BOUNDS(low, high);
 }
 

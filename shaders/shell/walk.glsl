@@ -17,6 +17,8 @@
 #ifndef SHELL_WALK_GLSL
 #define SHELL_WALK_GLSL
 
+#include "shell/work.glsl"
+
 // Prisms that the one the raster names may lie away from the one the ray is in, and from where the ray came in.
 const int WALK_LOCATE_HOPS = 8;
 const int WALK_BACK_HOPS = 64;
@@ -429,6 +431,9 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
         }
 #endif
         walk_pass(at.prism, trail);
+        if (!ray.shadow) {
+            count_prism();
+        }
 
         float travel = front * ray.handedness, leave = travel * 1e30;
         int turned = EXIT_NONE;

@@ -26,6 +26,7 @@ use prism_engine::{
     },
     render::{
         self, Output, Renderer,
+        culling::Counts,
         deform::{Pose, Vectors},
         plan::Plan,
     },
@@ -198,6 +199,11 @@ impl Easel {
     /// Loops of the last frame that gave up.
     pub fn limits_reached(&self) -> u32 {
         self.renderer.limits_reached(self.slot).expect("a counter").expect("the settings ask for it")
+    }
+
+    /// What became of the last frame's prisms.
+    pub fn culled(&self) -> Counts {
+        self.renderer.culled(self.slot).expect("counts").expect("the settings ask for them")
     }
 
     /// Insists that every shell of the scene goes through `stage`, by the SPIR-V of the pipelines that are bound: a

@@ -37,6 +37,8 @@ impl Access {
         Access::shader_read(S::from_raw(S::ALL_GRAPHICS.as_raw() | S::COMPUTE_SHADER.as_raw()));
     /// A storage image or buffer of a compute shader.
     pub const COMPUTE_WRITE: Access = Access::shader_write(S::COMPUTE_SHADER);
+    /// A storage buffer of a task shader.
+    pub const TASK_WRITE: Access = Access::shader_write(S::TASK_SHADER_EXT);
     /// A storage image or buffer of a fragment shader.
     pub const FRAGMENT_WRITE: Access = Access::shader_write(S::FRAGMENT_SHADER);
     /// Source of a copy or blit.

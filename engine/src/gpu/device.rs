@@ -75,6 +75,8 @@ pub struct Context(Arc<Inner>);
 /// Fields drop in this order: the device after what was made from it, the instance last.
 pub(super) struct Inner {
     retirement: Mutex<Retirement>,
+    /// The pass that was recorded last.
+    last_pass: Mutex<String>,
     pub samplers: Mutex<HashMap<SamplerDesc, vk::Sampler>>,
     pub pools: Mutex<Pools>,
     pub pipeline_cache: vk::PipelineCache,
@@ -98,6 +100,15 @@ pub(super) struct Inner {
     #[cfg(feature = "window")]
     pub surface: Option<super::swapchain::Surface>,
     pub instance: Instance,
+}
+
+/// Why a lost device is no good any more.
+fn lost(pass: &str) -> String {
+    let pass = if pass.is_empty() { "none" } else { pass };
+    format!(
+        "the device was lost; the last pass recorded for it: {pass}. It ran too long, or the driver failed; try a smaller \
+         --size, another --march or --gpu, or --validation sync"
+    )
 }
 
 /// Limits of the mesh and task stages that the engine sizes its workgroups by.
@@ -318,7 +329,20 @@ impl Context {
     pub fn wait_idle(&self) -> Result<()> {
         let queue = self.queue();
         // SAFETY: the queue is locked, as the call demands. A host's other queues are none of ours.
-        unsafe { self.0.device.queue_wait_idle(*queue) }.map_err(|e| Error::gpu("waiting for the device", e))
+        unsafe { self.0.device.queue_wait_idle(*queue) }.map_err(|e| self.failure("waiting for the device", e))
+    }
+
+    /// A pass is recorded.
+    pub(super) fn begins_pass(&self, name: &str) {
+        name.clone_into(&mut lock(&self.0.last_pass));
+    }
+
+    /// What a driver's answer means; a lost device is told with the last pass that was recorded for it.
+    pub(super) fn failure(&self, doing: impl Into<String>, cause: vk::Result) -> Error {
+        match cause {
+            vk::Result::ERROR_DEVICE_LOST => Error::gpu(doing, lost(&lock(&self.0.last_pass))),
+            _ => Error::gpu(doing, cause),
+        }
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -485,6 +509,7 @@ impl Parts {
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
         let context = Context(Arc::new(Inner {
             retirement: Mutex::default(),
+            last_pass: Mutex::default(),
             samplers: Mutex::default(),
             pools: Mutex::default(),
             pipeline_cache,

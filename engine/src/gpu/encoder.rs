@@ -212,6 +212,16 @@ impl CommandEncoder {
         unsafe { self.ctx.device().cmd_draw_indexed_indirect(self.raw, buffer.handle(), 0, 1, 0) };
     }
 
+    /// Draws without indices what each of the first `commands` commands in `buffer` says, in their order: a call each, as
+    /// several in one would take a feature.
+    pub fn draw_indirect(&mut self, buffer: &Buffer, commands: u32) {
+        for command in 0..commands {
+            let offset = u64::from(command) * size_of::<vk::DrawIndirectCommand>() as u64;
+            // SAFETY: recording, inside a pass; what is bound is checked by the validation layer.
+            unsafe { self.ctx.device().cmd_draw_indirect(self.raw, buffer.handle(), offset, 1, 0) };
+        }
+    }
+
     /// Runs x·y·z mesh (or task) workgroups.
     ///
     /// # Panics
@@ -237,6 +247,7 @@ impl CommandEncoder {
     }
 
     fn begin_region(&mut self, name: &str) {
+        self.ctx.begins_pass(name);
         let Some(debug) = &self.ctx.inner().debug else { return };
         let name = CString::new(name.replace('\0', "")).expect("no NUL is left");
         // SAFETY: recording; the string lives until the call returns.

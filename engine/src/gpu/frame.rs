@@ -71,7 +71,7 @@ impl Frames {
     pub fn begin(&mut self) -> Result<Frame> {
         let index = self.count;
         let at = (index % self.slots.len() as u64) as usize;
-        let fail = |e: vk::Result| Error::gpu(format!("beginning frame {index}"), e);
+        let fail = |e: vk::Result| self.ctx.failure(format!("beginning frame {index}"), e);
         let slot = &mut self.slots[at];
         if Arc::strong_count(&slot.lease) > 1 {
             return Err(Error::gpu(format!("beginning frame {index}"), "its slot is still being recorded"));
@@ -102,7 +102,7 @@ impl Frames {
     pub fn submit_and_wait(&mut self, frame: Frame) -> Result<()> {
         let (slot, index) = (frame.slot, frame.index);
         self.submit(frame)?;
-        self.slots[slot].wait(&self.ctx).map_err(|e| Error::gpu(format!("waiting for frame {index}"), e))
+        self.slots[slot].wait(&self.ctx).map_err(|e| self.ctx.failure(format!("waiting for frame {index}"), e))
     }
 
     /// [`Self::submit`], waiting for and signalling semaphores.
@@ -113,7 +113,7 @@ impl Frames {
         signal: &[vk::SemaphoreSubmitInfo<'_>],
     ) -> Result<()> {
         let slot = &mut self.slots[frame.slot];
-        let fail = |e: vk::Result| Error::gpu(format!("submitting frame {}", frame.index), e);
+        let fail = |e: vk::Result| self.ctx.failure(format!("submitting frame {}", frame.index), e);
         let device = self.ctx.device();
         // SAFETY: the command buffer is recording, and the frame, its only user, ends here.
         unsafe { device.end_command_buffer(slot.cmd) }.map_err(fail)?;
@@ -136,7 +136,7 @@ impl Frames {
     /// Waits for all frames.
     pub fn wait(&mut self) -> Result<()> {
         for slot in &mut self.slots {
-            slot.wait(&self.ctx).map_err(|e| Error::gpu("waiting for the frames in flight", e))?;
+            slot.wait(&self.ctx).map_err(|e| self.ctx.failure("waiting for the frames in flight", e))?;
         }
         Ok(())
     }

@@ -150,7 +150,7 @@ impl Swapchain {
                 self.stale = true;
                 Ok(None)
             }
-            Err(e) => Err(Error::gpu("acquiring the window's next image", e)),
+            Err(e) => Err(self.ctx.failure("acquiring the window's next image", e)),
         }
     }
 
@@ -172,7 +172,7 @@ impl Swapchain {
         match unsafe { self.fns.queue_present(*queue, &info) } {
             Ok(suboptimal) => self.stale |= suboptimal,
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-            Err(e) => return Err(Error::gpu("presenting to the window", e)),
+            Err(e) => return Err(self.ctx.failure("presenting to the window", e)),
         }
         Ok(())
     }

@@ -129,4 +129,28 @@ impl CommandEncoder {
         // SAFETY: recording, outside a pass; both are alive.
         unsafe { self.context().device().cmd_blit_image2(self.raw(), &info) };
     }
+
+    /// Copies the part of an image (at [`Access::TRANSFER_SRC`]) right of column `from_column` to the same place of another
+    /// of its size and format (at [`Access::TRANSFER_DST`]).
+    pub fn copy_right(&mut self, from: &Image, to: &Image, from_column: u32) {
+        let [width, height] = from.extent();
+        if from_column >= width {
+            return;
+        }
+        let at = vk::Offset3D { x: from_column as i32, y: 0, z: 0 };
+        let regions = [vk::ImageCopy2::default()
+            .src_subresource(from.level(0))
+            .src_offset(at)
+            .dst_subresource(to.level(0))
+            .dst_offset(at)
+            .extent(vk::Extent3D { width: width - from_column, height, depth: 1 })];
+        let info = vk::CopyImageInfo2::default()
+            .src_image(from.handle())
+            .src_image_layout(Access::TRANSFER_SRC.layout)
+            .dst_image(to.handle())
+            .dst_image_layout(Access::TRANSFER_DST.layout)
+            .regions(&regions);
+        // SAFETY: recording, outside a pass; both are alive.
+        unsafe { self.context().device().cmd_copy_image2(self.raw(), &info) };
+    }
 }

@@ -11,7 +11,8 @@ use serde::Serialize;
 use self::inventory::{BufferFact, ImageFact};
 use super::plan::{self, Draw, Plan, PlannedPrimitive, ledger::Decision};
 use super::variant::Variant;
-use super::{Output, features, passes};
+use super::{Output, depth_tiles, features, passes};
+use crate::gpu::Feature;
 use crate::scene::Scene;
 use crate::settings::{Settings, Stage};
 
@@ -121,6 +122,9 @@ impl Explanation {
         let stage_feature = |name: &&str| Some(*name) == stage;
         let mut features: Vec<_> = needed.required.iter().map(|feature| feature.name()).collect();
         features.extend(needed.optional.iter().map(|feature| feature.name()).filter(stage_feature));
+        if plan.stage == Some(Stage::Mesh) && plan.draws.iter().any(|draw| draw.variant.cull.is_some()) {
+            features.push(Feature::TaskShader.name());
+        }
         let mut extensions = Vec::new();
         if plan.stage == Some(Stage::Mesh) {
             extensions.push("VK_EXT_mesh_shader");
@@ -140,7 +144,7 @@ impl Explanation {
             folds: folds(scene, plan),
             passes: frame(scene, settings, plan),
             pipelines: variants(plan).iter().map(pipeline).collect(),
-            buffers: inventory::buffers(scene, settings, plan),
+            buffers: inventory::buffers(scene, settings, plan, situation),
             images: inventory::images(scene, settings, plan, situation),
         }
     }
@@ -162,9 +166,11 @@ fn asked(settings: &Settings) -> BTreeMap<&'static str, String> {
         ("shadow-map", on_off(settings.shadow_map)),
         ("ambient-occlusion", on_off(settings.ambient_occlusion)),
         ("depth-prepass", settings.depth_prepass.to_string()),
+        ("prism-culling", settings.prism_culling.to_string()),
         ("dither", on_off(settings.dither)),
         ("lod-fade", settings.lod_fade.map_or("off".into(), |start| start.to_string())),
         ("msaa", settings.msaa.to_string()),
+        ("view", settings.view.to_string()),
         ("keep-all", on_off(settings.keep_all)),
     ])
 }
@@ -205,7 +211,7 @@ pub fn variants(plan: &Plan) -> Vec<Variant> {
     let mut variants: Vec<Variant> = Vec::new();
     let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
     for draw in plan.draws.iter().chain(&plan.aov_draws).chain(blockers) {
-        for variant in draw.depth.into_iter().chain([draw.variant]) {
+        for variant in draw.cull.into_iter().chain(draw.depth).chain([draw.variant]) {
             if !variants.contains(&variant) {
                 variants.push(variant);
             }
@@ -229,14 +235,23 @@ fn frame(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<PassFact> {
         list.push(PassFact { name: "shadow maps", draws });
     }
     let of = |draws: &[Draw], of_aov: bool| -> Vec<PassFact> {
-        let fact = |pass: super::DrawPass| {
-            let drawn = |index: &usize| {
-                let draw = &draws[*index];
-                told(draw, draw.depth.as_ref().filter(|_| !pass.shades).unwrap_or(&draw.variant))
+        let facts = |pass: super::DrawPass| {
+            let of = |what: fn(&Draw) -> Option<Variant>| -> Vec<String> {
+                let told = |index: &usize| Some(told(&draws[*index], &what(&draws[*index])?));
+                pass.draws.iter().filter_map(told).collect()
             };
-            PassFact { name: pass.name, draws: pass.draws.iter().map(drawn).collect() }
+            let drawn: fn(&Draw) -> Option<Variant> =
+                if pass.shades { |draw| Some(draw.variant) } else { |draw| draw.depth.or(Some(draw.variant)) };
+            let mut facts = Vec::new();
+            if pass.round > 0 {
+                facts.push(PassFact { name: depth_tiles::PASS, draws: Vec::new() });
+            }
+            facts.push(PassFact { name: pass.culling(), draws: of(|draw| draw.cull) });
+            facts.retain(|fact| fact.name == depth_tiles::PASS || !fact.draws.is_empty());
+            facts.push(PassFact { name: pass.name, draws: of(drawn) });
+            facts
         };
-        passes(draws, of_aov).into_iter().map(fact).collect()
+        passes(draws, of_aov).into_iter().flat_map(facts).collect()
     };
     if !plan.aov_draws.is_empty() {
         list.extend(of(&plan.aov_draws, true));

@@ -306,5 +306,8 @@ fn gpu_material(material: &Material, settings: &Settings) -> GpuMaterial {
         normal_uv: rows(material.normal.map(|(t, _)| t)),
         occlusion_uv: rows(material.occlusion.map(|(t, _)| t)),
         emissive_uv: rows(material.emissive),
+        specular: material.specular_color_factor.extend(material.specular),
+        specular_uv: rows(material.specular_map),
+        specular_color_uv: rows(material.specular_color),
     }
 }

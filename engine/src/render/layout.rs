@@ -214,6 +214,19 @@ shared! {
         occlusion_uv: [Vec4; 2],
         /// See `base_color_uv`.
         emissive_uv: [Vec4; 2],
+        /// Factor of a dielectric's reflection at normal incidence, by colour; w: of all of it.
+        specular: Vec4,
+        /// See `base_color_uv`.
+        specular_uv: [Vec4; 2],
+        /// See `base_color_uv`.
+        specular_color_uv: [Vec4; 2],
+    }
+    /// What a frame's fragments count.
+    Counters {
+        /// Loops that reached their limit.
+        limits: u32,
+        /// Reads of height maps, and of bounds and cones over them.
+        reads: u32,
     }
     /// Push constants of one draw.
     Draw {
@@ -225,6 +238,10 @@ shared! {
         prism_count: u32,
         /// 1 where bases are drawn beside lids.
         bases: u32,
+        /// Of a draw whose prisms are culled: 1 in the second round, 0 in the first or only one.
+        round: u32,
+        /// Of the same: 1 where what is dropped is counted.
+        counted: u32,
         /// Of a draw that dices: its first triangle.
         first: u32,
         /// Of the same: patches along an edge of each triangle, a power of two.
@@ -326,6 +343,7 @@ mod tests {
         };
         let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
         shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
+        shell.extend(defines(&["SPECULAR", "SPECULAR_UV", "SPECULAR_COLOR_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         shell.extend([("ROUGHNESS_CHANNEL", "g".into()), ("METALLIC_CHANNEL", "b".into())]);
         let mut shadowed = shell.clone();
@@ -337,6 +355,8 @@ mod tests {
             "MARCH_MOVES",
             "UV_BOUNDS",
             "HORIZON",
+            "COUNT_LIMITS",
+            "COUNT_READS",
             "DEPTH_OFFSET",
             "SELF_SHADOW",
             "SHADOW_MAPS",
@@ -362,6 +382,7 @@ mod tests {
                 let (prefix, expected, size) = match block.name.as_str() {
                     "FrameBlock" => ("frame.", Frame::MEMBERS, None),
                     "MaterialBlock" => ("material.", Material::MEMBERS, None),
+                    "counters" => ("item.", Counters::MEMBERS, None),
                     "objects" => ("item[].", Object::MEMBERS, Some(size_of::<Object>())),
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
                     "shadow_views" => ("item[].", ShadowView::MEMBERS, Some(size_of::<ShadowView>())),
@@ -388,6 +409,7 @@ mod tests {
             "FrameBlock",
             "MaterialBlock",
             "boxes",
+            "counters",
             "diced_triangles",
             "lights",
             "mesh_vertices",

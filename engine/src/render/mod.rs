@@ -6,7 +6,9 @@ pub mod bake;
 pub mod baseline;
 mod blue_noise;
 mod cones;
+pub mod culling;
 pub mod deform;
+mod depth_tiles;
 pub mod explain;
 mod geometry;
 pub mod layout;
@@ -23,7 +25,7 @@ mod tests;
 pub mod variant;
 pub mod view;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -31,7 +33,9 @@ use glam::{DAffine3, DVec3};
 
 use self::aov::AovTargets;
 use self::baseline::{Diced, Drawable};
+use self::culling::Culled;
 use self::deform::{Deformer, Pose};
+use self::depth_tiles::{DepthTiles, TilePass};
 use self::layout::{Frame, Object};
 use self::plan::{
     Draw, Plan,
@@ -45,14 +49,20 @@ use self::view::View;
 use crate::aov::Aov;
 use crate::error::{Error, Result};
 use crate::gpu::{
-    Access, Attachment, CommandEncoder, Context, DepthAttachment, DepthState, DescriptorSet, Feature, GraphicsDesc,
-    Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, Shader, ShaderCompiler, vk,
+    Access, Attachment, Binding, CommandEncoder, Context, DepthAttachment, DepthState, DescriptorSet, Feature,
+    GraphicsDesc, Image, ImageDesc, Load, PassTimers, Pipeline, RenderingDesc, Shader, ShaderCompiler, Uploader, vk,
 };
 use crate::scene::{Camera, Light, Scene};
-use crate::settings::{Dicer, Settings, Stage};
+use crate::settings::{self, Dicer, PrismCulling, Settings, Stage};
 
-/// Prisms that one mesh workgroup takes; the constant of the same name in `render/shell.mesh`.
+/// Prisms that one mesh workgroup takes; the constant of the same name in `render/kept_prisms.glsl`.
 const PRISMS_PER_GROUP: u32 = 24;
+
+/// Prisms that one task workgroup looks at; the constant of the same name in `render/kept_prisms.glsl`.
+const PRISMS_PER_TASK: u32 = 96;
+
+/// Ends of a prism's nine edges; `render/edges.vert` counts on it.
+const VERTICES_OF_EDGES: u32 = 18;
 
 /// Depth: 32 bits, reversed, so that f32's precision near 0 serves the distance.
 const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -78,12 +88,21 @@ pub struct Features {
 pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Features {
     let mut features = Features::default();
     if interactive {
-        features.optional.extend([Feature::MeshShader, Feature::GeometryShader, Feature::SampleRateShading]);
+        features.optional.extend([
+            Feature::TaskShader,
+            Feature::MeshShader,
+            Feature::GeometryShader,
+            Feature::SampleRateShading,
+        ]);
+        features.optional.push(Feature::FillModeNonSolid);
+    }
+    if settings.view == settings::View::Base {
+        features.required.push(Feature::FillModeNonSolid);
     }
     if plan::may_shade_samples(scene, settings) {
         features.required.push(Feature::SampleRateShading);
     }
-    if settings.count_limits {
+    if settings.counts() {
         features.required.push(Feature::FragmentStoresAndAtomics);
     }
     if plan::wants_shell(scene, settings) {
@@ -92,6 +111,9 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
             Stage::Geometry => features.required.push(Feature::GeometryShader),
             Stage::Auto => features.optional.extend([Feature::MeshShader, Feature::GeometryShader]),
         }
+    }
+    if settings.stage != Stage::Geometry && plan::may_cull(scene, settings) {
+        features.optional.push(Feature::TaskShader);
     }
     if let Some(by) = plan::dicer(scene, settings) {
         features.required.extend_from_slice(dicer_features(by));
@@ -133,6 +155,11 @@ fn is_shell(draw: &Draw) -> bool {
     draw.variant.geometry.stage().is_some()
 }
 
+/// Whether a draw is of lines over the picture.
+fn is_edges(draw: &Draw) -> bool {
+    matches!(draw.variant.geometry, Geometry::BaseEdges | Geometry::PrismEdges)
+}
+
 /// Draws one scene.
 pub struct Renderer {
     ctx: Context,
@@ -148,12 +175,18 @@ pub struct Renderer {
     /// Of the meshes that change shape.
     deformers: Vec<Deformer>,
     /// Set 1 of each draw.
-    sets: Vec<DescriptorSet>,
+    sets: Vec<Option<DescriptorSet>>,
     /// The same of those whose depth comes first.
     depth_sets: Vec<Option<DescriptorSet>>,
     /// Set 1 of each of [`Plan::aov_draws`].
-    aov_sets: Vec<DescriptorSet>,
+    aov_sets: Vec<Option<DescriptorSet>>,
     slots: Vec<Slot>,
+    /// By draw, where prisms are culled.
+    culled: Vec<Option<Culled>>,
+    /// Set 1 of what lists their prisms, by draw.
+    cull_sets: Vec<Option<DescriptorSet>>,
+    /// Where hidden prisms are found.
+    tile_pass: Option<TilePass>,
     shadow_maps: Option<ShadowMaps>,
     /// Where a pixel has several samples.
     resolve: Option<Resolve>,
@@ -163,6 +196,8 @@ pub struct Renderer {
 /// Images of the picture's size.
 struct Targets {
     depth: Image,
+    /// Of `depth`, where hidden prisms are found.
+    tiles: Option<DepthTiles>,
     /// Resolved to the caller's image, where a pixel has several samples.
     samples: Option<Samples>,
     aov: Option<AovTargets>,
@@ -171,6 +206,9 @@ struct Targets {
     /// Camera of the last recorded frame: AOV positions are relative to it.
     camera: DVec3,
 }
+
+/// The pass of lines over the picture.
+const EDGES: &str = "edges";
 
 /// Draws into one set of targets.
 struct DrawPass {
@@ -183,22 +221,39 @@ struct DrawPass {
     shades: bool,
     /// Whether it is the first to draw depth, and to shade.
     clear: [bool; 2],
+    /// 1 where it draws what the depth so far does not hide of shells, and the pass before it did not draw.
+    round: u32,
+}
+
+impl DrawPass {
+    /// Name of the pass before it that lists its prisms.
+    fn culling(&self) -> &'static str {
+        if self.round == 0 { "culling" } else { "culling again" }
+    }
 }
 
 /// Depth first, where it comes first. Then surfaces: they are cheap, and their depth spares the shells' fragments behind
-/// them. The picture has a pass even without any draw, to be cleared.
+/// them. Lines over all of it last. The picture has a pass even without any draw, to be cleared.
 fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
-    let (shells, surfaces): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_shell(&draws[*i]));
+    let (edges, filled): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_edges(&draws[*i]));
+    let (shells, surfaces): (Vec<_>, Vec<_>) = filled.into_iter().partition(|i| is_shell(&draws[*i]));
     let depths: Vec<_> = surfaces.iter().chain(&shells).copied().filter(|i| draws[*i].depth.is_some()).collect();
     let [surface, shell] = if of_aov { ["surface aov", "shell aov"] } else { ["surface", "shell"] };
     let mut passes = Vec::new();
     let mut clear = [true; 2];
-    for (name, indices, shades) in [("depth", depths, false), (surface, surfaces, true), (shell, shells, true)] {
+    let again: Vec<_> = shells.iter().copied().filter(|i| draws[*i].hides()).collect();
+    for (name, indices, shades, round) in [
+        ("depth", depths, false, 0),
+        (surface, surfaces, true, 0),
+        (shell, shells, true, 0),
+        ("shell again", again, true, 1),
+        (EDGES, edges, true, 0),
+    ] {
         let needed = name == "surface" && draws.is_empty();
         if indices.is_empty() && !needed {
             continue;
         }
-        passes.push(DrawPass { name, draws: indices, of_aov, shades, clear });
+        passes.push(DrawPass { name, draws: indices, of_aov, shades, clear, round });
         clear = [false, clear[1] && !shades];
     }
     passes
@@ -244,6 +299,9 @@ impl Renderer {
             depth_sets: Vec::new(),
             aov_sets: Vec::new(),
             slots: Vec::new(),
+            culled: Vec::new(),
+            cull_sets: Vec::new(),
+            tile_pass: None,
             shadow_maps: None,
             resolve: None,
             targets: None,
@@ -255,7 +313,15 @@ impl Renderer {
 
     /// Plans anew for other settings; images stay. The caller's frames need not be done.
     pub fn set_settings(&mut self, compiler: &ShaderCompiler, settings: &Settings) -> Result<()> {
+        let asked = settings;
+        let settings = &settings.drawn();
         plan::check(&self.scene, settings)?;
+        if settings.view == settings::View::Base && !self.ctx.has(Feature::FillModeNonSolid) {
+            return Err(Error::unsupported(
+                format!("'{}' draws no edges of triangles, or was not asked to", self.ctx.device_name()),
+                "use another --view, or another --gpu",
+            ));
+        }
         if let Some(by) = plan::dicer(&self.scene, settings)
             && let Some(lacking) = dicer_features(by).iter().find(|feature| !self.ctx.has(**feature))
         {
@@ -265,7 +331,7 @@ impl Renderer {
             ));
         }
         let stage = self.stage_for(settings)?;
-        let plan = plan::plan(&self.scene, settings, stage, self.output.aov);
+        let plan = plan::plan(&self.scene, &self.cullable(settings, stage)?, stage, self.output.aov);
         self.images.complete(&self.ctx, compiler, &self.scene, &plan)?;
         let primitives = resources::upload(&self.ctx, compiler, &self.scene, &plan, settings)?;
         let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
@@ -276,47 +342,64 @@ impl Renderer {
                     "use --msaa 1, or another --gpu",
                 ));
             }
-            for variant in draw.depth.iter().chain([&draw.variant]) {
+            for variant in draw.cull.iter().chain(&draw.depth).chain([&draw.variant]) {
                 if !self.pipelines.contains_key(variant) {
                     let pipeline = Arc::new(self.pipeline(compiler, variant)?);
                     self.pipelines.insert(*variant, pipeline);
                 }
             }
         }
-        let set_of = |draw: &Draw, variant: &Variant| {
+        let mut uploader = Uploader::new(&self.ctx)?;
+        let culled = plan.draws.iter().enumerate().map(|(index, draw)| {
+            draw.variant.cull.map(|_| Culled::new(&self.ctx, &mut uploader, index, draw)).transpose()
+        });
+        let culled = culled.collect::<Result<Vec<_>>>()?;
+        uploader.finish()?;
+        let set_of = |draw: &Draw, variant: &Variant, culled: Option<&Culled>| {
             let pipeline = &self.pipelines[variant];
             let planned = &plan.primitives[draw.primitive];
-            primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, planned, variant, &self.images)
+            primitives[draw.primitive].set(&self.ctx, pipeline, &self.scene, planned, variant, &self.images, culled)
         };
-        let set = |draw: &Draw| set_of(draw, &draw.variant);
-        let sets = plan.draws.iter().map(set).collect::<Result<Vec<_>>>()?;
-        let depth_set = |draw: &Draw| draw.depth.map(|depth| set_of(draw, &depth)).transpose();
-        let depth_sets = plan.draws.iter().map(depth_set).collect::<Result<Vec<_>>>()?;
-        let aov_sets = plan.aov_draws.iter().map(set).collect::<Result<Vec<_>>>()?;
+        let sets_of = |draws: &[Draw], of: fn(&Draw) -> Option<Variant>| {
+            let set = |(draw, culled): (&Draw, &Option<Culled>)| {
+                of(draw).map(|variant| set_of(draw, &variant, culled.as_ref())).transpose()
+            };
+            draws.iter().zip(&culled).map(set).collect::<Result<Vec<_>>>()
+        };
+        let own = |draw: &Draw| Some(draw.variant);
+        let sets = sets_of(&plan.draws, own)?;
+        let depth_sets = sets_of(&plan.draws, |draw| draw.depth)?;
+        let cull_sets = sets_of(&plan.draws, |draw| draw.cull)?;
+        let aov_sets = sets_of(&plan.aov_draws, own)?;
         let shadow_maps = plan
             .shadow_maps
             .as_ref()
             .map(|maps| {
-                let sets = maps.draws.iter().map(set).collect::<Result<_>>()?;
+                let sets = maps.draws.iter().map(|draw| set_of(draw, &draw.variant, None)).collect::<Result<_>>()?;
                 ShadowMaps::new(&self.ctx, maps, settings, sets)
             })
             .transpose()?;
+        let tile_pass = plan.hides().then(|| TilePass::new(&self.ctx, compiler)).transpose()?;
         let deformers = deform::deformers(&self.ctx, compiler, &self.scene, &plan, &primitives)?;
         let format = self.output.color_format;
         let resolve = (settings.msaa > 1).then(|| Resolve::new(&self.ctx, compiler, format)).transpose()?;
-        // Their samples may be others, and their set is of the pipeline.
-        if resolve.is_some() || self.resolve.is_some() {
+        // Their samples and uses may be others, and their sets are of the pipelines.
+        let others = resolve.is_some() || self.resolve.is_some() || tile_pass.is_some() || self.tile_pass.is_some();
+        if others {
             self.targets = None;
         }
         self.resolve = resolve;
         self.slots.clear();
-        self.settings = settings.clone();
+        self.settings = asked.clone();
         self.plan = plan;
         self.primitives = primitives;
         self.deformers = deformers;
         self.sets = sets;
         self.depth_sets = depth_sets;
         self.aov_sets = aov_sets;
+        self.culled = culled;
+        self.cull_sets = cull_sets;
+        self.tile_pass = tile_pass;
         self.shadow_maps = shadow_maps;
         Ok(())
     }
@@ -391,7 +474,9 @@ impl Renderer {
             let (draws, lights) = (self.plan.draws.len(), self.lights.len());
             let maps = self.plan.shadow_maps.as_ref().map_or(0, |maps| maps.count() as usize);
             let label = format!("slot {index}");
-            self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, self.settings.count_limits)?);
+            let counted = self.plan.draws.iter().any(|draw| draw.variant.cull.is_some_and(|cull| cull.counted));
+            let counts = [self.settings.counts(), counted];
+            self.slots.push(Slot::new(&self.ctx, &label, draws, lights, maps, counts)?);
         }
         let mapped = self.record_shadow_maps(cmd, slot, camera, extent, timers.as_deref_mut())?;
         let (mut objects, cut) = self.objects(&view, &self.plan.draws);
@@ -403,14 +488,15 @@ impl Renderer {
         let mut frame = view.frame(lights.len(), &self.scene.ambient);
         frame.origin.z = self.settings.occlusion_light;
         self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
-        let atlas: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
-        let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
-        for variant in drawn.flat_map(|draw| draw.depth.iter().chain([&draw.variant])) {
-            self.slots[slot].prepare(&self.ctx, variant, &self.pipelines[variant], &atlas)?;
-        }
-
         self.targets.as_mut().expect("resize made them").camera = view.position;
         let targets = self.targets.as_ref().expect("resize made them");
+        let mut extra: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
+        extra.extend(targets.tiles.iter().map(|tiles| ("depth_tiles", Binding::Buffer(&tiles.tiles))));
+        let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
+        for variant in drawn.flat_map(|draw| draw.cull.iter().chain(&draw.depth).chain([&draw.variant])) {
+            self.slots[slot].prepare(&self.ctx, variant, &self.pipelines[variant], &extra)?;
+        }
+
         for depth in std::iter::once(&targets.depth).chain(&targets.aov_depth) {
             cmd.image_barrier(depth, Access::DEPTH_WRITE.discarded(), Access::DEPTH_WRITE);
         }
@@ -421,6 +507,9 @@ impl Renderer {
             aov.begin(cmd);
         }
         let mut first = true;
+        // Draws whose prisms the frame has tested, by round.
+        let mut tested = HashSet::new();
+        let culler = if self.plan.stage == Some(Stage::Mesh) { Access::TASK_WRITE } else { Access::COMPUTE_WRITE };
         for of_aov in [true, false] {
             let (draws, sets) = match of_aov {
                 true => (&self.plan.aov_draws, &self.aov_sets),
@@ -432,6 +521,38 @@ impl Renderer {
                     cmd.memory_barrier(Access::DEPTH_WRITE, Access::DEPTH_WRITE);
                 }
                 first = false;
+                if let (Some(tile_pass), Some(tiles), 1..) = (&self.tile_pass, &targets.tiles, pass.round) {
+                    if let Some(timers) = timers.as_deref_mut() {
+                        timers.begin(cmd, slot, depth_tiles::PASS);
+                    }
+                    tile_pass.record(cmd, &targets.depth, tiles, culler);
+                    if let Some(timers) = timers.as_deref_mut() {
+                        timers.end(cmd);
+                    }
+                }
+                let shown = |index: &&usize| draws[**index].span == spans[**index];
+                let fresh: Vec<_> =
+                    pass.draws.iter().filter(shown).copied().filter(|i| tested.insert((*i, pass.round))).collect();
+                if pass.draws.iter().any(|index| draws[*index].cull.is_some()) {
+                    if let Some(timers) = timers.as_deref_mut() {
+                        timers.begin(cmd, slot, pass.culling());
+                    }
+                    for index in &fresh {
+                        let draw = &draws[*index];
+                        let (Some(variant), Some(culled), Some(set)) =
+                            (&draw.cull, &self.culled[*index], &self.cull_sets[*index])
+                        else {
+                            continue;
+                        };
+                        let push =
+                            layout::Draw { round: pass.round, counted: 1, ..self.push(draw, *index, cut[*index]) };
+                        self.slots[slot].recount(cmd, culler);
+                        culled.record(cmd, &self.pipelines[variant], [self.slots[slot].set(variant), set], &push);
+                    }
+                    if let Some(timers) = timers.as_deref_mut() {
+                        timers.end(cmd);
+                    }
+                }
                 if let Some(timers) = timers.as_deref_mut() {
                     timers.begin(cmd, slot, pass.name);
                 }
@@ -444,6 +565,10 @@ impl Renderer {
                         mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
                     }
                 }
+                for culled in pass.draws.iter().filter_map(|index| self.culled[*index].as_ref()) {
+                    culled.before_tasks(cmd);
+                    self.slots[slot].recount(cmd, culler);
+                }
                 self.begin_pass(cmd, &pass, target);
                 for index in pass.draws {
                     let draw = &draws[index];
@@ -452,10 +577,12 @@ impl Renderer {
                     }
                     let (variant, set) = match (&draw.depth, self.depth_sets.get(index)) {
                         (Some(depth), Some(Some(set))) if !pass.shades => (depth, set),
-                        _ => (&draw.variant, &sets[index]),
+                        _ => (&draw.variant, sets[index].as_ref().expect("every draw has one")),
                     };
                     let sets = [self.slots[slot].set(variant), set];
-                    self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], cut[index]);
+                    let counted = u32::from(fresh.contains(&index));
+                    let push = layout::Draw { round: pass.round, counted, ..self.push(draw, index, cut[index]) };
+                    self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], &push);
                 }
                 cmd.end_rendering();
                 if let Some(timers) = timers.as_deref_mut() {
@@ -466,7 +593,7 @@ impl Renderer {
         if let (Some(resolve), Some(samples)) = (&self.resolve, &targets.samples) {
             resolve.record(cmd, samples, target);
         }
-        self.slots[slot].end(cmd);
+        self.slots[slot].end(cmd, culler);
         Ok(())
     }
 
@@ -480,7 +607,8 @@ impl Renderer {
         if pass.shades {
             let image = samples.map_or(target, |samples| &samples.image);
             color.push(Attachment { image, load, store: true, resolve: None });
-            let aov = targets.aov.as_ref().filter(|_| pass.of_aov || targets.samples.is_none());
+            let writes = pass.name != EDGES && (pass.of_aov || targets.samples.is_none());
+            let aov = targets.aov.as_ref().filter(|_| writes);
             color.extend(aov.iter().flat_map(|aov| aov.attachments(clear_color)));
         }
         let image = targets.aov_depth.as_ref().filter(|_| pass.of_aov).unwrap_or(&targets.depth);
@@ -520,8 +648,20 @@ impl Renderer {
         self.plan.draws.iter().zip(objects).map(of).collect()
     }
 
-    /// `variant`: the draw's, or what draws its depth. `sets`: 0 and 1. `index`: of the draw's object. `cut`: see
-    /// [`Renderer::objects`].
+    /// The push constants of a draw. `index`: of its object. `cut`: see [`Renderer::objects`].
+    fn push(&self, draw: &Draw, index: usize, cut: bool) -> layout::Draw {
+        let prism_count = draw.range.end;
+        let mut push = layout::Draw { object: index as u32, count: prism_count, prism_count, ..Default::default() };
+        if let Some(walk) = &self.primitives[draw.primitive].walk {
+            push.bases = u32::from(walk.open || cut);
+            if matches!(draw.variant.geometry, Geometry::Borders(_)) && !cut {
+                push.count = walk.border_count;
+            }
+        }
+        push
+    }
+
+    /// `variant`: the draw's, or what draws its depth. `sets`: 0 and 1. `index`: of the draw's object.
     #[allow(clippy::too_many_arguments)]
     fn record_draw(
         &self,
@@ -532,7 +672,7 @@ impl Renderer {
         index: usize,
         frame: &Frame,
         object: &Object,
-        cut: bool,
+        push: &layout::Draw,
     ) {
         let pipeline = &self.pipelines[variant];
         let primitive = &self.primitives[draw.primitive];
@@ -540,24 +680,21 @@ impl Renderer {
         for (number, set) in (0..).zip(sets) {
             cmd.bind_set(pipeline, number, set);
         }
-        let prism_count = draw.range.end;
-        let object_index = index as u32;
-        let mut push = layout::Draw { object: object_index, count: prism_count, prism_count, ..Default::default() };
-        if let Some(walk) = &primitive.walk {
-            push.bases = u32::from(walk.open || cut);
-            if matches!(draw.variant.geometry, Geometry::Borders(_)) && !cut {
-                push.count = walk.border_count;
-            }
-        }
         if let Some(diced) = &primitive.diced {
-            return diced.record(cmd, pipeline, object_index, frame, object);
+            return diced.record(cmd, pipeline, push.object, frame, object);
         }
-        cmd.push(pipeline, &push);
+        cmd.push(pipeline, push);
         match draw.variant.geometry {
+            _ if variant.cull.is_some() && draw.cull.is_some() => {
+                if let Some(culled) = &self.culled[index] {
+                    culled.draw(cmd, push.count);
+                }
+            }
             Geometry::Lids(Stage::Mesh) => {
                 cmd.draw_mesh_tasks(primitive.walk.as_ref().map_or(0, |walk| walk.meshlets), 1, 1);
             }
-            Geometry::Surface | Geometry::Lids(_) => {
+            Geometry::PrismEdges => cmd.draw(VERTICES_OF_EDGES * push.count, 1, 0, 0),
+            Geometry::Surface | Geometry::BaseEdges | Geometry::Lids(_) => {
                 if let Some(indices) = &primitive.indices {
                     cmd.bind_index_buffer(indices, vk::IndexType::UINT32);
                     cmd.draw_indexed(3 * draw.range.end, 1, 0, 0, 0);
@@ -570,7 +707,8 @@ impl Renderer {
             }
             Geometry::Diced { .. } => {}
             Geometry::Shell(Stage::Mesh) | Geometry::Borders(Stage::Mesh) => {
-                cmd.draw_mesh_tasks(push.count.div_ceil(PRISMS_PER_GROUP), 1, 1);
+                let each = if variant.cull.is_some() { PRISMS_PER_TASK } else { PRISMS_PER_GROUP };
+                cmd.draw_mesh_tasks(push.count.div_ceil(each), 1, 1);
             }
             Geometry::Shell(_) | Geometry::Borders(_) => cmd.draw(push.count, 1, 0, 0),
         }
@@ -586,7 +724,25 @@ impl Renderer {
     /// Loops of the slot's last frame, which has run, that gave up at their limit: pixels that may be wrong. `None`
     /// unless [`Settings::count_limits`] is on.
     pub fn limits_reached(&self, slot: usize) -> Result<Option<u32>> {
-        self.slots.get(slot).map_or(Ok(None), Slot::limits_reached)
+        if !self.settings.count_limits {
+            return Ok(None);
+        }
+        Ok(self.slots.get(slot).map_or(Ok(None), Slot::counted)?.map(|counted| counted.limits))
+    }
+
+    /// Reads of height maps, and of bounds and cones over them, by the fragments of the slot's last frame, which has run.
+    /// `None` unless [`Settings::count_reads`] is on.
+    pub fn height_reads(&self, slot: usize) -> Result<Option<u32>> {
+        if !self.settings.count_reads {
+            return Ok(None);
+        }
+        Ok(self.slots.get(slot).map_or(Ok(None), Slot::counted)?.map(|counted| counted.reads))
+    }
+
+    /// What became of the prisms of the slot's last frame, which has run. `None` where none are culled, or, by
+    /// [`Settings::count_limits`], not counted.
+    pub fn culled(&self, slot: usize) -> Result<Option<culling::Counts>> {
+        self.slots.get(slot).map_or(Ok(None), Slot::culled)
     }
 
     /// Bytes of what a baseline keeps on the CPU to cull by.
@@ -621,8 +777,24 @@ impl Renderer {
         }
     }
 
+    /// The settings, without culling where the device's mesh stage has no task stage before it.
+    fn cullable(&self, settings: &Settings, stage: Stage) -> Result<Settings> {
+        if stage != Stage::Mesh || self.ctx.has(Feature::TaskShader) {
+            return Ok(settings.clone());
+        }
+        match settings.prism_culling {
+            PrismCulling::Auto | PrismCulling::Off => {
+                Ok(Settings { prism_culling: PrismCulling::Off, ..settings.clone() })
+            }
+            asked => Err(Error::unsupported(
+                format!("'{}' has no task stage, or was not asked for it", self.ctx.device_name()),
+                format!("use --stage geometry, or --prism-culling off in place of {asked}"),
+            )),
+        }
+    }
+
     fn pipeline(&self, compiler: &ShaderCompiler, variant: &Variant) -> Result<Pipeline> {
-        graphics_pipeline(&self.ctx, self.output, variant, &variant_shaders(compiler, variant)?)
+        variant_pipeline(&self.ctx, self.output, variant, &variant_shaders(compiler, variant)?)
     }
 
     fn resize(&mut self, extent: [u32; 2]) -> Result<()> {
@@ -635,14 +807,20 @@ impl Renderer {
         };
         let one = vk::SampleCountFlags::TYPE_1;
         let depth_usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
-        let depth = image("depth", DEPTH_FORMAT, samples, depth_usage)?;
+        let read = if self.tile_pass.is_some() { vk::ImageUsageFlags::SAMPLED } else { vk::ImageUsageFlags::empty() };
+        let depth = image("depth", DEPTH_FORMAT, samples, depth_usage | read)?;
+        let tiles = self.tile_pass.as_ref().map(|pass| pass.tiles(&self.ctx, &depth)).transpose()?;
+        if tiles.is_some() {
+            // Their sets name the old ones.
+            self.slots.clear();
+        }
         let format = self.output.color_format;
         let resolved = self.resolve.as_ref().map(|resolve| resolve.target(&self.ctx, extent, format, samples));
         let samples = resolved.transpose()?;
         let aov = self.output.aov.then(|| AovTargets::new(&self.ctx, extent)).transpose()?;
         let aov_depth = || image("depth of AOVs", DEPTH_FORMAT, one, depth_usage);
         let aov_depth = (samples.is_some() && self.output.aov).then(aov_depth).transpose()?;
-        self.targets = Some(Targets { depth, samples, aov, aov_depth, camera: DVec3::ZERO });
+        self.targets = Some(Targets { depth, tiles, samples, aov, aov_depth, camera: DVec3::ZERO });
         Ok(())
     }
 }
@@ -653,7 +831,10 @@ fn variant_shaders(compiler: &ShaderCompiler, variant: &Variant) -> Result<Vec<A
     variant.shaders().iter().map(|(path, stage)| compiler.compile(path, *stage, &defines)).collect()
 }
 
-fn graphics_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: &[Arc<Shader>]) -> Result<Pipeline> {
+fn variant_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: &[Arc<Shader>]) -> Result<Pipeline> {
+    if let (Pass::Cull, [shader]) = (variant.pass, shaders) {
+        return Pipeline::compute(ctx, &variant.name(), shader);
+    }
     let mut color_formats = Vec::new();
     if variant.pass == Pass::Shade {
         color_formats.push(output.color_format);
@@ -672,22 +853,28 @@ fn graphics_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: 
             vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
             color_formats: &color_formats,
             depth_format: Some(DEPTH_FORMAT),
-            depth: if variant.depth_stands {
-                DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
-            } else {
-                DepthState::REVERSED
+            depth: match variant.geometry {
+                _ if variant.depth_stands => {
+                    DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
+                }
+                Geometry::BaseEdges | Geometry::PrismEdges => DepthState { write: false, ..DepthState::REVERSED },
+                _ => DepthState::REVERSED,
             },
             cull,
             front_face,
             topology: match variant.geometry {
                 _ if outlines => vk::PrimitiveTopology::POINT_LIST,
                 Geometry::Diced { .. } => vk::PrimitiveTopology::PATCH_LIST,
+                Geometry::PrismEdges => vk::PrimitiveTopology::LINE_LIST,
                 _ => vk::PrimitiveTopology::TRIANGLE_LIST,
             },
             samples: vk::SampleCountFlags::from_raw(variant.samples.into()),
-            polygon_mode: vk::PolygonMode::FILL,
+            polygon_mode: match variant.geometry {
+                Geometry::BaseEdges => vk::PolygonMode::LINE,
+                _ => vk::PolygonMode::FILL,
+            },
             blend: false,
-            depth_bias: matches!(variant.geometry, Geometry::Lids(_)).then_some(LID_DEPTH_BIAS),
+            depth_bias: matches!(variant.geometry, Geometry::Lids(_) | Geometry::BaseEdges).then_some(LID_DEPTH_BIAS),
         },
     )
 }

@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{Output, Renderer, Variant, explain, graphics_pipeline, variant_shaders};
+use super::{Output, Renderer, Variant, explain, variant_pipeline, variant_shaders};
 use crate::{
     error::Result,
     gpu::{Context, Pipeline, Shader, ShaderCompiler},
@@ -41,7 +41,7 @@ impl Recipe {
         for (variant, old) in &self.used {
             let new = variant_shaders(compiler, variant)?;
             if new.iter().zip(old).any(|(new, old)| new.spirv != old.spirv) {
-                rebuilt.push((*variant, graphics_pipeline(&self.ctx, self.output, variant, &new)?));
+                rebuilt.push((*variant, variant_pipeline(&self.ctx, self.output, variant, &new)?));
             }
         }
         Ok(Rebuilt(rebuilt))

@@ -8,9 +8,10 @@ use half::f16;
 
 use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::blue_noise;
+use super::culling::{Counts, Culled};
 use super::geometry::{PrimitiveData, WalkData};
-use super::layout::{Frame, Light, Object, ShadowView};
-use super::plan::{Plan, PlannedPrimitive, source, texture_refs};
+use super::layout::{Counters, Frame, Light, Object, ShadowView};
+use super::plan::{Plan, PlannedPrimitive, source};
 use super::variant::{Height, OTHER_NAMES, TEXTURE_NAMES, Variant};
 use super::{cones, pyramid};
 use crate::error::{Error, Result};
@@ -55,7 +56,7 @@ impl Images {
             let primitive = source(scene, &plan.primitives[draw.primitive]);
             let material = &scene.materials[primitive.material];
             let read = |(texture, set): (Option<_>, Option<u8>)| texture.filter(|_| set.is_some());
-            for texture in texture_refs(material).into_iter().zip(draw.variant.textures).filter_map(read) {
+            for texture in material.textures().into_iter().zip(draw.variant.textures).filter_map(read) {
                 if let Entry::Vacant(entry) = self.color.entry(texture.image) {
                     entry.insert(upload_color(ctx, &mut uploader, scene, texture.image)?);
                 }
@@ -131,7 +132,7 @@ impl Images {
         let material = &scene.materials[source(scene, planned).material];
         let mut bindings: Vec<_> = TEXTURE_NAMES
             .into_iter()
-            .zip(texture_refs(material))
+            .zip(material.textures())
             .zip(variant.textures)
             .filter_map(|((name, texture), set)| {
                 let texture = texture.filter(|_| set.is_some())?;
@@ -503,7 +504,8 @@ pub fn upload(
 }
 
 impl Primitive {
-    /// Set 1 of a draw of it by a variant's pipeline.
+    /// Set 1 of a draw of it by a variant's pipeline. `culled`: what is kept of it.
+    #[allow(clippy::too_many_arguments)]
     pub fn set(
         &self,
         ctx: &Context,
@@ -512,8 +514,10 @@ impl Primitive {
         planned: &PlannedPrimitive,
         variant: &Variant,
         images: &Images,
+        culled: Option<&Culled>,
     ) -> Result<DescriptorSet> {
         let mut bindings = images.bindings(scene, planned, variant);
+        bindings.extend(culled.iter().flat_map(|culled| culled.bindings()));
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
@@ -533,21 +537,23 @@ pub struct Slot {
     objects: Buffer,
     lights: Option<Buffer>,
     shadow_views: Option<Buffer>,
-    /// Loops that reached their limit, where they are counted.
+    /// What fragments count, if anything.
     counters: Option<Buffer>,
+    /// [`Counts`] of the culled prisms, where they are.
+    culled: Option<Buffer>,
     sets: HashMap<Variant, DescriptorSet>,
 }
 
 impl Slot {
-    /// Room for `objects` draws, `lights` lights and `shadow_views` shadow maps, and counters if asked for. label: what
-    /// its buffers are named after.
+    /// Room for `objects` draws, `lights` lights and `shadow_views` shadow maps, and counters, of loops and of culled
+    /// prisms, if asked for. label: what its buffers are named after.
     pub fn new(
         ctx: &Context,
         label: &str,
         objects: usize,
         lights: usize,
         shadow_views: usize,
-        counters: bool,
+        [counters, culled]: [bool; 2],
     ) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let buffer_in = |location, what: &str, size: usize, usage| {
@@ -565,7 +571,10 @@ impl Slot {
                 .then(|| buffer("shadow views", size_of::<ShadowView>() * shadow_views, U::STORAGE_BUFFER))
                 .transpose()?,
             counters: counters
-                .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<u32>(), U::STORAGE_BUFFER))
+                .then(|| buffer_in(MemoryLocation::GpuToCpu, "counters", size_of::<Counters>(), U::STORAGE_BUFFER))
+                .transpose()?,
+            culled: culled
+                .then(|| buffer_in(MemoryLocation::GpuToCpu, "culled prisms", size_of::<Counts>(), U::STORAGE_BUFFER))
                 .transpose()?,
             sets: HashMap::new(),
         })
@@ -582,25 +591,44 @@ impl Slot {
             buffer.write(0, views)?;
         }
         if let Some(buffer) = &self.counters {
-            buffer.write(0, &[0u32])?;
+            buffer.write(0, &[Counters::default()])?;
+        }
+        if let Some(buffer) = &self.culled {
+            buffer.write(0, &[Counts::default()])?;
         }
         Ok(())
     }
 
-    /// Makes what the frame counted visible to the CPU; recorded after its last pass.
-    pub fn end(&self, cmd: &mut CommandEncoder) {
+    /// Makes what the frame counted visible to the CPU; recorded after its last pass. `culler`: who culls prisms.
+    pub fn end(&self, cmd: &mut CommandEncoder, culler: Access) {
         if let Some(buffer) = &self.counters {
             cmd.buffer_barrier(buffer, Access::FRAGMENT_WRITE, Access::HOST_READ);
         }
+        if let Some(buffer) = &self.culled {
+            cmd.buffer_barrier(buffer, culler, Access::HOST_READ);
+        }
     }
 
-    /// Loops of the slot's last frame, which has run, that reached their limit; `None` where they are not counted.
-    pub fn limits_reached(&self) -> Result<Option<u32>> {
+    /// Prisms of the slot's last frame, which has run; `None` where none are culled, or not counted.
+    pub fn culled(&self) -> Result<Option<Counts>> {
+        let Some(buffer) = &self.culled else { return Ok(None) };
+        Ok(buffer.read::<Counts>()?.first().copied())
+    }
+
+    /// Between two that count culled prisms.
+    pub fn recount(&self, cmd: &mut CommandEncoder, culler: Access) {
+        if let Some(buffer) = &self.culled {
+            cmd.buffer_barrier(buffer, culler, culler);
+        }
+    }
+
+    /// What the fragments of the slot's last frame, which has run, counted; `None` where they do not.
+    pub fn counted(&self) -> Result<Option<Counters>> {
         let Some(buffer) = &self.counters else { return Ok(None) };
-        Ok(buffer.read::<u32>()?.first().copied())
+        Ok(buffer.read::<Counters>()?.first().copied())
     }
 
-    /// Where loops that reach their limit are counted, if they are.
+    /// Where they count, if they do.
     pub fn counters(&self) -> Option<&Buffer> {
         self.counters.as_ref()
     }
@@ -622,6 +650,7 @@ impl Slot {
         bindings.extend(self.shadow_views.as_ref().map(|views| ("shadow_views", Binding::Buffer(views))));
         bindings.extend(extra);
         bindings.extend(self.counters.as_ref().map(|counters| ("counters", Binding::Buffer(counters))));
+        bindings.extend(self.culled.as_ref().map(|culled| ("culled", Binding::Buffer(culled))));
         let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
         self.sets.insert(*variant, set);
         Ok(())

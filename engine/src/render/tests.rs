@@ -3,7 +3,7 @@
 use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
 use super::*;
-use crate::gpu::{ContextDesc, run_once};
+use crate::gpu::{ContextDesc, read_image, run_once};
 use crate::scene::{
     Ambient, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
 };
@@ -85,6 +85,12 @@ fn renderer(scene: &Scene, settings: &Settings) -> (Context, Renderer) {
 
 /// Draws it once; the surface and the loops that reached their limit.
 fn draw(settings: &Settings) -> (Aov, Option<u32>) {
+    let (_, aov, [limits, _]) = draw_counting(settings);
+    (aov, limits)
+}
+
+/// The same: the picture's pixels before the surface, and the reads of height maps behind the loops.
+fn draw_counting(settings: &Settings) -> (Vec<[u8; 4]>, Aov, [Option<u32>; 2]) {
     let scene = scene();
     let (ctx, mut renderer) = renderer(&scene, settings);
     let target = Image::new(
@@ -93,7 +99,7 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
             name: "picture",
             extent: [96, 64],
             format: COLOR_FORMAT,
-            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
             ..ImageDesc::default()
         },
     )
@@ -103,7 +109,9 @@ fn draw(settings: &Settings) -> (Aov, Option<u32>) {
         renderer.record(cmd, 0, &scene.camera.unwrap(), &target, None)
     })
     .unwrap();
-    let drawn = (renderer.read_aov().unwrap(), renderer.limits_reached(0).unwrap());
+    let counted = [renderer.limits_reached(0).unwrap(), renderer.height_reads(0).unwrap()];
+    let pixels = bytemuck::pod_collect_to_vec(&read_image(&ctx, &target, Access::COLOR_WRITE).unwrap());
+    let drawn = (pixels, renderer.read_aov().unwrap(), counted);
     ctx.check_validation().unwrap();
     drawn
 }
@@ -120,6 +128,45 @@ fn a_loop_that_gives_up_is_counted() {
     }
     let (_, limits) = draw(&Settings::default());
     assert_eq!(limits, None, "nothing is counted unless asked for");
+}
+
+#[test]
+fn reads_of_height_maps_are_counted() {
+    let reads = |settings: Settings| {
+        let (_, aov, [limits, reads]) = draw_counting(&Settings { count_reads: true, ..settings });
+        assert_eq!(limits, None, "loops are not counted");
+        let covered = aov.depth.iter().filter(|z| z.is_finite()).count() as u32;
+        (reads.expect("they are counted"), covered)
+    };
+    // On the flat square, which no fragment covers twice, a pixel reads its slope for the geometric and the shading normal;
+    // what moves the texture also the height.
+    let base = |march| reads(Settings { shell: Shell::Off, march, ..Settings::default() });
+    let [normal, offset] = [March::Normal, March::Offset].map(base);
+    assert!(normal.1 > 500 && normal.0 % normal.1 == 0 && offset.0 % offset.1 == 0, "{normal:?} {offset:?}");
+    assert!(normal.0 > 0 && offset.0 / offset.1 > normal.0 / normal.1, "{normal:?} {offset:?}");
+    let steps =
+        |steps| reads(Settings { march: March::Pom, min_steps: steps, max_steps: steps, ..Settings::default() });
+    let [few, many] = [4, 64].map(steps);
+    assert!(few.0 > few.1 && many.0 > 4 * few.0 && many.0 < 80 * many.1, "{few:?} {many:?}");
+    let exact = reads(Settings::default());
+    assert!((exact.1..200 * exact.1).contains(&exact.0), "{exact:?}");
+    let (_, _, counted) = draw_counting(&Settings::default());
+    assert_eq!(counted, [None; 2], "nothing is counted unless asked for");
+}
+
+#[test]
+fn a_pixel_whose_loop_gives_up_is_red_in_the_view_of_limits() {
+    let red = |settings: &Settings| {
+        let (pixels, aov, _) = draw_counting(settings);
+        let red = |(pixel, depth): &(&[u8; 4], &f32)| depth.is_finite() && pixel[..3] == [255, 0, 0];
+        let covered = aov.depth.iter().filter(|depth| depth.is_finite()).count();
+        (pixels.iter().zip(&aov.depth).filter(red).count(), covered)
+    };
+    let viewed = Settings { shell: Shell::Off, view: settings::View::Limits, ..Settings::default() };
+    let (none, covered) = red(&viewed);
+    assert!(none == 0 && covered > 500, "{none} of {covered}");
+    let (all, covered) = red(&Settings { step_limit: 0, ..viewed });
+    assert!(all == covered && covered > 500, "{all} of {covered}");
 }
 
 #[test]

@@ -4,16 +4,30 @@
 use super::baseline::Sides;
 use crate::gpu::ShaderStage;
 use crate::scene::{Channel, Procedure, Wrap};
-use crate::settings::{Dicer, March, Normals, Stage};
+use crate::settings::{Dicer, March, Normals, Stage, View};
 use crate::shell::prisms::MAX_OTHERS;
 
-/// Texture slots of a material, in the order of their bindings (4 to 8 of set 1).
-pub const TEXTURE_DEFINES: [&str; 5] =
-    ["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "NORMAL_UV", "OCCLUSION_UV", "EMISSIVE_UV"];
+/// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
+pub const TEXTURE_DEFINES: [&str; 7] = [
+    "BASE_COLOR_UV",
+    "METALLIC_ROUGHNESS_UV",
+    "NORMAL_UV",
+    "OCCLUSION_UV",
+    "EMISSIVE_UV",
+    "SPECULAR_UV",
+    "SPECULAR_COLOR_UV",
+];
 
 /// The descriptor names of the same slots.
-pub const TEXTURE_NAMES: [&str; 5] =
-    ["base_color_map", "metallic_roughness_map", "normal_map", "occlusion_map", "emissive_map"];
+pub const TEXTURE_NAMES: [&str; 7] = [
+    "base_color_map",
+    "metallic_roughness_map",
+    "normal_map",
+    "occlusion_map",
+    "emissive_map",
+    "specular_map",
+    "specular_color_map",
+];
 
 /// The descriptor names of the maps of other fields, in their order.
 pub const OTHER_NAMES: [&str; MAX_OTHERS] =
@@ -43,6 +57,10 @@ pub enum Geometry {
     Borders(Stage),
     /// The triangles of a [`crate::render::baseline::MicroMesh`].
     MicroMesh,
+    /// Edges of base triangles, over them.
+    BaseEdges,
+    /// Edges of prisms.
+    PrismEdges,
     /// Base triangles, diced on the GPU.
     Diced {
         /// The stages that do it.
@@ -57,6 +75,7 @@ impl Geometry {
     pub fn stage(self) -> Option<Stage> {
         match self {
             Geometry::Surface | Geometry::MicroMesh | Geometry::Diced { .. } => None,
+            Geometry::BaseEdges | Geometry::PrismEdges => None,
             Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
         }
     }
@@ -71,6 +90,17 @@ pub enum Pass {
     Depth,
     /// A light's depth map: what blocks it, from either side.
     Light,
+    /// What lists the prisms that may show, before the others.
+    Cull,
+}
+
+/// How unseen prisms are dropped before a draw, by a task stage or, for the geometry stage, by a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Cull {
+    /// Also what lies behind what is nearer.
+    pub hidden: bool,
+    /// Counts what is dropped.
+    pub counted: bool,
 }
 
 /// The height field's part in a variant.
@@ -118,6 +148,8 @@ pub struct Height {
     pub ambient_occlusion: bool,
     /// Counts loops that reach their limit.
     pub count_limits: bool,
+    /// Counts reads of height maps.
+    pub count_reads: bool,
 }
 
 /// Everything that decides a draw's shader code and pipeline state.
@@ -130,7 +162,9 @@ pub struct Variant {
     /// Its depth stands already: shades where that is its own.
     pub depth_stands: bool,
     /// UV set of each texture that the material has.
-    pub textures: [Option<u8>; 5],
+    pub textures: [Option<u8>; 7],
+    /// What is no metal reflects otherwise than by 4 %.
+    pub specular: bool,
     /// Channels of roughness and metallic in their texture.
     pub channels: [Channel; 2],
     /// Its occlusion dims direct light too.
@@ -163,6 +197,10 @@ pub struct Variant {
     pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
+    /// Unseen prisms are dropped.
+    pub cull: Option<Cull>,
+    /// What it writes in place of the shaded colour, if anything.
+    pub view: View,
 }
 
 impl Variant {
@@ -170,6 +208,7 @@ impl Variant {
     pub fn shaders(&self) -> &'static [(&'static str, ShaderStage)] {
         use ShaderStage as S;
         match self.geometry {
+            _ if self.pass == Pass::Cull => &[("render/cull.comp", S::Compute)],
             // The rasteriser's own depth is enough.
             Geometry::Surface
                 if self.pass != Pass::Shade
@@ -180,6 +219,9 @@ impl Variant {
                 &[("render/surface.vert", S::Vertex)]
             }
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
+            Geometry::BaseEdges | Geometry::PrismEdges => {
+                &[("render/edges.vert", S::Vertex), ("render/edges.frag", S::Fragment)]
+            }
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Diced { by: Dicer::Tessellation, .. } => &[
                 ("render/shell.vert", S::Vertex),
@@ -192,6 +234,15 @@ impl Variant {
                 ("baseline/dice.mesh", S::Mesh),
                 ("render/surface.frag", S::Fragment),
             ],
+            Geometry::Shell(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/shell.task", S::Task), ("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)]
+            }
+            Geometry::Borders(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/shell.task", S::Task), ("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)]
+            }
+            Geometry::Lids(Stage::Mesh) if self.cull.is_some() => {
+                &[("render/lids.task", S::Task), ("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)]
+            }
             Geometry::Shell(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/shell.frag", S::Fragment)],
             Geometry::Borders(Stage::Mesh) => &[("render/shell.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
             Geometry::Lids(Stage::Mesh) => &[("render/lids.mesh", S::Mesh), ("render/walk.frag", S::Fragment)],
@@ -223,6 +274,8 @@ impl Variant {
             depth_behind: self.depth_behind && self.geometry != Geometry::Surface,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
+            // Each light would have a view of its own to drop them by.
+            cull: None,
             // A base surface stands where its depth says.
             height: depth.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset),
             ..depth
@@ -238,7 +291,8 @@ impl Variant {
         Variant {
             pass: Pass::Depth,
             depth_stands: false,
-            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None],
+            textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None, None, None],
+            specular: false,
             channels: [Channel::G, Channel::B],
             occludes_light: false,
             height: self.height.filter(|h| !idle(h)).map(|h| Height {
@@ -254,7 +308,31 @@ impl Variant {
             shadow_maps: false,
             aov: false,
             aov_uv: 0,
+            view: View::Shaded,
             ..self
+        }
+    }
+
+    /// What lists the prisms that it is to draw, where it does not do so itself.
+    pub fn for_culling(self) -> Option<Variant> {
+        let listed = self.cull.is_some() && self.geometry.stage() == Some(Stage::Geometry);
+        listed.then(|| Variant { pass: Pass::Cull, ..self.for_depth() })
+    }
+
+    /// Lines of its primitive, over the picture.
+    pub fn for_edges(self, geometry: Geometry) -> Variant {
+        Variant {
+            pass: Pass::Shade,
+            geometry,
+            height: None,
+            depth_shift: None,
+            depth_behind: false,
+            double_sided: true,
+            mirrored: false,
+            per_sample: false,
+            deforms: false,
+            cull: None,
+            ..Variant { alpha_mask: false, ..self }.for_depth()
         }
     }
 
@@ -289,6 +367,8 @@ impl Variant {
         let name = match (self.geometry, self.height) {
             (Geometry::Surface, None) => "surface".into(),
             (Geometry::Surface, Some(height)) => format!("surface {}", height.march),
+            (Geometry::BaseEdges, _) => "edges of base triangles".into(),
+            (Geometry::PrismEdges, _) => "edges of prisms".into(),
             (Geometry::MicroMesh, _) => "micro-mesh".into(),
             (Geometry::Diced { by, .. }, _) => by.to_string(),
             (geometry, height) => {
@@ -300,11 +380,16 @@ impl Variant {
                 format!("shell {part}{}", height.map_or_else(|| "plain".into(), |height| height.march.to_string()))
             }
         };
+        let name = match self.view {
+            View::Shaded => name,
+            view => format!("{name}, view {view}"),
+        };
         match self.pass {
             Pass::Shade if self.samples > 1 => format!("{name}, {} samples", self.samples),
             Pass::Shade => name,
             Pass::Depth => format!("depth: {name}"),
             Pass::Light => format!("shadow map: {name}"),
+            Pass::Cull => format!("culling: {name}"),
         }
     }
 
@@ -324,14 +409,29 @@ impl Variant {
         flag("WALK_BORDERS", matches!(self.geometry, Geometry::Borders(_)));
         let diced = matches!(self.geometry, Geometry::Diced { .. });
         flag("CULLS", matches!(self.geometry, Geometry::Diced { culls: true, .. }));
+        flag("CULLED", self.cull.is_some());
+        flag("CULL_HIDDEN", self.cull.is_some_and(|cull| cull.hidden));
+        flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);
         flag("SHADOW_MAPS", self.shadow_maps);
         flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
+        flag("SPECULAR", self.specular);
         flag("AOV", self.aov);
         flag("OCCLUSION_LIGHT", self.occludes_light);
+        flag("PRISM_EDGES", self.geometry == Geometry::PrismEdges);
+        flag("VIEW", self.view != View::Shaded);
+        flag("VIEW_PRISMS", self.view == View::Prisms);
+        flag("VIEW_WALK", self.view == View::Walk);
+        flag("VIEW_GATHERS", self.view == View::Gathers);
+        flag("VIEW_LIMITS", self.view == View::Limits);
+        flag("VIEW_UV", self.view == View::Uv);
+        flag("VIEW_HEIGHT", self.view == View::Height);
+        flag("VIEW_NORMAL", self.view == View::Normal);
+        flag("VIEW_DEPTH", self.view == View::Depth);
+        flag("VIEW_SHADOW", self.view == View::Shadow);
         flag("SAMPLE_SHADING", self.per_sample);
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
@@ -366,6 +466,7 @@ impl Variant {
             flag("AMBIENT_OCCLUSION", height.ambient_occlusion);
             flag("SHADOW_REENTRY", height.reenters);
             flag("COUNT_LIMITS", height.count_limits);
+            flag("COUNT_READS", height.count_reads);
             if height.others > 0 {
                 defines.push(("OTHER_FIELDS", height.others.to_string()));
             }

@@ -94,6 +94,8 @@ pub struct Adjustment {
     pub roughness_channel: Option<Channel>,
     /// [`Material::metallic_channel`].
     pub metallic_channel: Option<Channel>,
+    /// [`Material::specular`], 0 to 1.
+    pub specular: Option<f32>,
 }
 
 impl Scene {
@@ -129,6 +131,7 @@ impl Scene {
                 || adjustment.moves_uvs();
             material.roughness_channel = adjustment.roughness_channel.unwrap_or(material.roughness_channel);
             material.metallic_channel = adjustment.metallic_channel.unwrap_or(material.metallic_channel);
+            material.specular = adjustment.specular.unwrap_or(material.specular);
             let Some(displacement) = &mut material.displacement else { continue };
             if mapped && matches!(displacement.source, HeightSource::Procedure(_)) {
                 return Err(Error::input(
@@ -203,9 +206,17 @@ impl Adjustment {
 fn textures(material: &mut Material) -> impl Iterator<Item = &mut TextureRef> {
     let normal = material.normal.as_mut().map(|(texture, _)| texture);
     let occlusion = material.occlusion.as_mut().map(|(texture, _)| texture);
-    [material.base_color.as_mut(), material.metallic_roughness.as_mut(), normal, occlusion, material.emissive.as_mut()]
-        .into_iter()
-        .flatten()
+    [
+        material.base_color.as_mut(),
+        material.metallic_roughness.as_mut(),
+        normal,
+        occlusion,
+        material.emissive.as_mut(),
+        material.specular_map.as_mut(),
+        material.specular_color.as_mut(),
+    ]
+    .into_iter()
+    .flatten()
 }
 
 fn flip(texels: &mut HeightTexels) {

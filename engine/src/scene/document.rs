@@ -14,7 +14,7 @@ use super::{ambient, container};
 use crate::error::{Error, Result};
 
 /// What this engine implements.
-const KNOWN_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_texture_transform"];
+const KNOWN_EXTENSIONS: [&str; 3] = ["KHR_lights_punctual", "KHR_materials_specular", "KHR_texture_transform"];
 
 /// Top-level lists that are not read, and what that means for the picture.
 const IGNORED_LISTS: [(&str, &str); 2] = [

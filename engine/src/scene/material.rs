@@ -25,6 +25,10 @@ impl Default for Material {
             metallic_roughness: None,
             roughness_channel: Channel::G,
             metallic_channel: Channel::B,
+            specular: 1.0,
+            specular_map: None,
+            specular_color_factor: Vec3::ONE,
+            specular_color: None,
             normal: None,
             occlusion: None,
             emissive_factor: Vec3::ZERO,
@@ -82,6 +86,11 @@ pub(super) fn import(
     let base_color = user.info("base colour texture", pbr.base_color_texture.as_ref(), true)?;
     let metallic_roughness = user.info("metallic-roughness texture", pbr.metallic_roughness_texture.as_ref(), false)?;
     let emissive = user.info("emissive texture", source.emissive_texture.as_ref(), true)?;
+    let extension = source.extensions.as_ref().and_then(|extensions| extensions.specular.clone()).unwrap_or_default();
+    let [specular] = user.finite("specularFactor", [extension.specular_factor.0])?;
+    let specular_color_factor = user.finite("specularColorFactor", extension.specular_color_factor.0)?;
+    let specular_map = user.info("specular texture", extension.specular_texture.as_ref(), false)?;
+    let specular_color = user.info("specular colour texture", extension.specular_color_texture.as_ref(), true)?;
     let alpha_cutoff = alpha_cutoff(source, &user, notices)?;
     let (displacement, depth_offset) = match &source.extras {
         Some(extras) => displacement::import(doc, &by, extras, images, notices)?,
@@ -96,6 +105,10 @@ pub(super) fn import(
         metallic_roughness,
         roughness_channel: Channel::G,
         metallic_channel: Channel::B,
+        specular,
+        specular_map,
+        specular_color_factor: specular_color_factor.into(),
+        specular_color,
         normal,
         occlusion,
         emissive_factor: emissive_factor.into(),

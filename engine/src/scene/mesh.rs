@@ -243,13 +243,7 @@ impl Importer<'_> {
     }
 
     fn notice_missing_uvs(&mut self, primitive: &Primitive, material: &Material, by: &str) {
-        let textures = [
-            material.base_color,
-            material.metallic_roughness,
-            material.normal.map(|(texture, _)| texture),
-            material.occlusion.map(|(texture, _)| texture),
-            material.emissive,
-        ];
+        let textures = material.textures();
         for set in 0..primitive.uvs.len() {
             if primitive.uvs[set].is_empty() && textures.iter().flatten().any(|texture| texture.tex_coord == set) {
                 self.notices.push(format!(

@@ -203,6 +203,14 @@ pub struct Material {
     pub roughness_channel: Channel,
     /// Channel of its metallic: glTF's is B.
     pub metallic_channel: Channel,
+    /// `KHR_materials_specular`: strength of what its dielectric part reflects, 1 without the extension.
+    pub specular: f32,
+    /// Strength in A.
+    pub specular_map: Option<TextureRef>,
+    /// Linear factor of the 4 % that its dielectric part reflects at normal incidence, white without the extension.
+    pub specular_color_factor: Vec3,
+    /// Texture of the same (sRGB).
+    pub specular_color: Option<TextureRef>,
     /// Tangent-space normal map and its scale.
     pub normal: Option<(TextureRef, f32)>,
     /// Occlusion in R and its strength.
@@ -219,6 +227,21 @@ pub struct Material {
     pub displacement: Option<Displacement>,
     /// Depth offset of a plain surface, if the material asks for it.
     pub depth_offset: Option<DepthOffset>,
+}
+
+impl Material {
+    /// Its textures in the order of the renderer's slots.
+    pub fn textures(&self) -> [Option<TextureRef>; 7] {
+        [
+            self.base_color,
+            self.metallic_roughness,
+            self.normal.map(|(texture, _)| texture),
+            self.occlusion.map(|(texture, _)| texture),
+            self.emissive,
+            self.specular_map,
+            self.specular_color,
+        ]
+    }
 }
 
 /// A channel of a colour image.

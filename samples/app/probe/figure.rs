@@ -40,7 +40,8 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(probe: &'a Probe<'a>) -> Self {
+    /// All of the ray up to the last hit, and a little more.
+    pub fn new(probe: &'a Probe<'a>) -> Self {
         let way = probe.way;
         let samples = probe.followed.iter().flat_map(|followed| &followed.samples);
         let starts = samples.map(|place| way.stretches[place.stretch].at(place.x).distance);
@@ -196,7 +197,7 @@ fn lanes(view: &View<'_>, chart: &Chart, top: f64) -> Group {
 }
 
 /// Samples and error of a march.
-fn verdict(view: &View<'_>, followed: &Followed) -> String {
+pub fn verdict(view: &View<'_>, followed: &Followed) -> String {
     let count = followed.samples.len();
     match view.probe.error(followed) {
         None => format!("{count}, no hit"),

@@ -5,6 +5,8 @@ mod figure;
 mod map;
 mod profile;
 mod record;
+#[cfg(feature = "window")]
+pub mod sketch;
 
 use std::{io::Write, path::Path};
 
@@ -62,6 +64,9 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
         return Err(Error::Usage(format!("--out {}: only .svg is drawn; name it so", args.out.display())));
     }
     files::check_target(&args.out, OBJECT)?;
+    if args.surface.light.given() {
+        return Err(Error::Usage("--sun, --light-intensity: no light is in the drawing; drop them".into()));
+    }
     let size = [args.size.width, args.size.height];
     let pixel = Pixel { at: args.pixel, size };
     pixel.check()?;
@@ -78,8 +83,12 @@ pub fn run(args: &ProbeArgs) -> Result<()> {
 }
 
 /// Writes the drawing.
-pub fn write(path: &Path, probe: &Probe<'_>) -> Result<()> {
-    let drawing = figure::draw(probe).to_string();
+fn write(path: &Path, probe: &Probe<'_>) -> Result<()> {
+    write_drawing(path, &figure::draw(probe).to_string())
+}
+
+/// Writes a drawing that is made.
+pub fn write_drawing(path: &Path, drawing: &str) -> Result<()> {
     files::replace(path, OBJECT, |file| Ok(file.write_all(drawing.as_bytes())?))?;
     console::notice(format_args!("wrote {}", path.display()));
     Ok(())
@@ -130,6 +139,25 @@ impl Pixel {
             height - 1
         )))
     }
+}
+
+/// What the window's click shows: every march that the scene allows and the steps of `settings`.
+///
+/// # Errors
+/// As [`probe`].
+#[cfg(feature = "window")]
+pub fn sketch(name: &str, scene: &Scene, camera: &Camera, pixel: Pixel, settings: &Settings) -> Result<sketch::Sketch> {
+    let reference = Reference::new(scene);
+    let way = reference.way(camera, pixel.size, pixel.at);
+    let marches = March::ALL.iter().copied().filter(|march| march.steps() || march.reads_cones());
+    let of = |march: March| Settings {
+        march,
+        shell: prism_engine::settings::Shell::Auto,
+        refine_steps: march.usual_refine_steps(),
+        ..settings.clone()
+    };
+    let all: Vec<Settings> = marches.filter(|march| plan::allows(scene, *march)).map(of).collect();
+    Ok(sketch::Sketch::new(&probe(name, scene, camera, pixel, &way, &all)?))
 }
 
 /// The settings of each march that is drawn, as the command line would have them in a shell.

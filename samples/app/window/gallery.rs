@@ -2,10 +2,15 @@
 //! and nothing has changed since.
 
 use std::{
-    sync::{Arc, mpsc},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+        mpsc,
+    },
     thread,
 };
 
+use glam::DAffine3;
 use prism_engine::{
     error::Result,
     gpu::{Access, CommandEncoder, Context, Image, ImageDesc, Uploader, vk},
@@ -26,6 +31,8 @@ pub struct Subject {
     pub name: String,
     /// Where from.
     pub camera: Camera,
+    /// Instances that have moved.
+    pub transforms: Vec<(usize, DAffine3)>,
     /// Lights that have changed.
     pub lights: Vec<(usize, Light)>,
     /// How it is drawn.
@@ -42,12 +49,20 @@ struct Hung {
     image: Image,
 }
 
+/// An exhibit that is being composed.
+struct UnderWay {
+    subject: Subject,
+    ready: mpsc::Receiver<(Picture, String)>,
+    /// Pixels of its reference that are done.
+    done: Arc<AtomicUsize>,
+}
+
 /// The exhibit in the window.
 pub struct Gallery {
     exhibit: &'static dyn Exhibit,
     /// Of the last frame.
     last: Option<Subject>,
-    under_way: Option<(Subject, mpsc::Receiver<(Picture, String)>)>,
+    under_way: Option<UnderWay>,
     hung: Option<Hung>,
 }
 
@@ -59,11 +74,11 @@ impl Gallery {
 
     /// Takes what has become ready and returns its figures, if the user has not gone on meanwhile.
     pub fn collect(&mut self, ctx: &Context, now: &Subject) -> Result<Option<String>> {
-        let Some(ready) = self.under_way.as_ref().map(|(_, receiver)| receiver.try_recv()) else { return Ok(None) };
+        let Some(ready) = self.under_way.as_ref().map(|way| way.ready.try_recv()) else { return Ok(None) };
         if matches!(ready, Err(mpsc::TryRecvError::Empty)) {
             return Ok(None);
         }
-        let subject = self.under_way.take().map(|(subject, _)| subject);
+        let subject = self.under_way.take().map(|way| way.subject);
         let (Some(subject), Ok((picture, figures))) = (subject.filter(|s| s == now), ready) else { return Ok(None) };
         let mut uploader = Uploader::new(ctx)?;
         let desc = ImageDesc {
@@ -77,6 +92,13 @@ impl Gallery {
         uploader.finish()?;
         self.hung = Some(Hung { subject, picture, figures: figures.clone(), image });
         Ok(Some(figures))
+    }
+
+    /// How much of the reference that the exhibit under way waits for is done, 0 to 1.
+    pub fn progress(&self) -> Option<f64> {
+        let way = self.under_way.as_ref()?;
+        let [width, height] = self.frame_size(&way.subject)?;
+        Some(way.done.load(Ordering::Relaxed) as f64 / (f64::from(width) * f64::from(height)))
     }
 
     /// The exhibit of `now`, if it is there, and its figures.
@@ -126,14 +148,16 @@ impl Gallery {
     ) {
         let (sender, receiver) = mpsc::channel();
         let (exhibit, wanted) = (self.exhibit, subject.clone());
+        let done = Arc::new(AtomicUsize::new(0));
+        let counted = done.clone();
         thread::spawn(move || {
             let Subject { name, camera, size, .. } = &wanted;
             let Drawn { frame, aov, .. } = &drawn;
-            let shot = Shot { name, scene: &scene, camera, frame, aov, variants: &variants };
+            let shot = Shot { name, scene: &scene, camera, frame, aov, variants: &variants, done: &counted };
             // A window that has been closed meanwhile waits for nothing.
             let _ = sender.send(exhibit.compose(&shot, *size));
             window.request_redraw();
         });
-        self.under_way = Some((subject, receiver));
+        self.under_way = Some(UnderWay { subject, ready: receiver, done });
     }
 }

@@ -1,12 +1,15 @@
 //! The window: an event loop around the same drawing that runs headless.
 
+mod capture;
 mod clock;
 mod gallery;
 mod input;
 mod orbit;
 mod panel;
+mod probed;
 mod reload;
 mod shown;
+mod split;
 mod switch;
 
 use prism_engine::{
@@ -113,6 +116,7 @@ impl ApplicationHandler for App<'_> {
         if taken && !matches!(event, WindowEvent::MouseInput { state: ElementState::Released, .. }) {
             return;
         }
+        self.input.set_line(shown.split_line());
         if let Some(wish) = self.input.wish(&event, shown.scale()) {
             return self.with_shown(events, |shown| match wish {
                 Wish::Quit => Ok(After::Quit),

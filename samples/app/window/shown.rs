@@ -3,14 +3,15 @@
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use prism_engine::{
     error::{Error, Result},
-    gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog},
+    gpu::{Access, Context, ContextDesc, Feature, Frames, Swapchain, ValidationLog, vk},
     render::{Output, plan},
-    settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage},
+    scene::LightKind,
+    settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View},
 };
 use winit::{
     dpi::PhysicalSize,
@@ -21,31 +22,40 @@ use winit::{
 };
 
 use super::{
+    capture,
     clock::{Clock, Pace},
     gallery::{Gallery, Subject},
     input::Wish,
     orbit::Orbit,
     panel::{Action, Facts, Laid, Panel},
+    probed::{Done, Probed},
     reload::Reload,
+    split::Split,
     switch,
 };
 use crate::app::{
-    choices,
+    camera, choices,
     cli::CameraArgs,
     console,
     drawing::{self, Drawing},
+    error_map::{self, ErrorMap},
     job::Job,
+    light,
     load::{self, Loaded},
     offscreen::Offscreen,
     picture::Picture,
     png,
-    sample::{Drawn, Moment, Pose, Source},
+    probe::{self, Pixel},
+    sample::{Drawn, Exhibit, Moment, Pose, Source},
     spelled,
     surface::{HeightLod, SurfaceArgs},
 };
 
 /// Two: the CPU records one frame while the GPU runs the other; more would only add delay to the mouse.
 const IN_FLIGHT: usize = 2;
+
+/// How often the user sees how far the reference is.
+const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 
 /// What the event loop does after an event.
 pub enum After {
@@ -64,6 +74,10 @@ pub struct Shown<'a> {
     job: &'a Job<'a>,
     drawing: Drawing<'a>,
     gallery: Option<Gallery>,
+    /// The second settings of a comparison.
+    split: Option<Split<'a>>,
+    /// What a click has asked about.
+    probed: Probed,
     panel: Panel,
     /// Where shaders are read from a folder.
     reload: Option<Reload>,
@@ -72,6 +86,8 @@ pub struct Shown<'a> {
     swapchain: Swapchain,
     frames: Frames,
     ctx: Context,
+    /// A camera that the panel has put in the place of the sample's.
+    held: Option<Pose>,
     orbit: Orbit,
     clock: Clock,
     pace: Pace,
@@ -105,25 +121,33 @@ impl<'a> Shown<'a> {
         // The window system may have given another size than was asked for.
         let size = window.inner_size().into();
         let swapchain = Swapchain::new(&ctx, size, true)?;
-        let output = Output { color_format: swapchain.format(), aov: job.sample.exhibit().is_some() };
+        let output = Output { color_format: swapchain.format(), aov: exhibit(job, &job.settings).is_some() };
         let mut drawing = Drawing::new(job, scenes, &ctx, output, IN_FLIGHT)?;
         let panel = Panel::new(&window, &ctx, swapchain.format(), IN_FLIGHT)?;
         drawing.measure(panel.is_open())?;
         let window = Arc::new(window);
         let dir = job.common.session.shader_dir.as_deref();
         let reload = dir.map(|dir| Reload::new(dir, window.clone())).transpose()?;
+        let mut clock = Clock::new(job.time_step);
+        if job.settings.view == View::Error && job.sample.moves() {
+            // It shows one moment.
+            clock.toggle_pause();
+        }
         let shown = Shown {
             job,
             drawing,
-            gallery: job.sample.exhibit().map(Gallery::new),
+            gallery: exhibit(job, &job.settings).map(Gallery::new),
+            split: None,
+            probed: Probed::default(),
             panel,
             reload,
             surface: job.common.surface.clone(),
             swapchain,
             frames: Frames::new(&ctx, IN_FLIGHT)?,
             ctx,
+            held: None,
             orbit: Orbit::default(),
-            clock: Clock::new(job.time_step),
+            clock,
             pace: Pace::default(),
             count: 0,
             frame_ms: None,
@@ -145,6 +169,11 @@ impl<'a> Shown<'a> {
     /// Pixels per logical pixel.
     pub fn scale(&self) -> f64 {
         self.window.scale_factor()
+    }
+
+    /// Column of the line between two pictures, if there are two.
+    pub fn split_line(&self) -> Option<f64> {
+        self.split.as_ref().map(|split| split.column(self.size[0]).into())
     }
 
     /// Lets the panel see an event first: whether it was for the panel alone, and whether a frame is due.
@@ -176,9 +205,18 @@ impl<'a> Shown<'a> {
             return Ok(After::Wait);
         }
         self.take_shaders();
+        match self.probed.collect() {
+            // The first frame only finds out how large the drawing is.
+            Ok(true) => self.panel.repaint(),
+            Ok(false) => {}
+            Err(error) => self.tell(error),
+        }
+        let progress = self.gallery.as_ref().and_then(Gallery::progress);
+        self.panel.set_note(progress.map(|share| format!("reference: {:.0} % of its rays", 100.0 * share)));
         let laid = self.lay_out()?;
         // Of a still picture too: what a frame costs is known some frames later.
-        let unmeasured = self.panel.is_open() && self.drawing.latest().is_none();
+        let unmeasured = (self.panel.is_open() || self.split.is_some()) && self.drawing.latest().is_none();
+        let unmeasured = unmeasured || self.split.as_ref().is_some_and(|split| split.gpu_ms().is_none());
         let mut frame = self.frames.begin()?;
         let Some(target) = self.swapchain.acquire(&frame, self.size)? else {
             // The window has just changed: its new images come with the next try.
@@ -199,6 +237,9 @@ impl<'a> Shown<'a> {
         if !exhibited {
             frame.cmd.image_barrier(image, Access::ACQUIRED, Access::COLOR_WRITE);
             self.drawing.record(&mut frame.cmd, slot, Some((self.count, time)), &moment, image)?;
+        }
+        if let Some(split) = &mut self.split {
+            split.record(&self.ctx, &mut frame.cmd, slot, (self.count, time), &moment, image)?;
         }
         if let Some(laid) = &laid {
             self.panel.record(&mut frame.cmd, image, laid)?;
@@ -239,6 +280,10 @@ impl<'a> Shown<'a> {
             }
             at = now.checked_add(laid.repaint_after);
         }
+        if progress.is_some() {
+            let next = now + PROGRESS_EVERY;
+            at = Some(at.map_or(next, |at: Instant| at.min(next)));
+        }
         let unfinished = self.gallery.as_ref().is_some_and(|gallery| gallery.wants_frame(&subject));
         if self.job.frames.is_some() || self.moves() || unfinished {
             return Ok(After::Redraw);
@@ -254,7 +299,7 @@ impl<'a> Shown<'a> {
             Wish::Panel => {
                 self.frames.wait()?;
                 self.panel.toggle();
-                self.drawing.measure(self.panel.is_open())?;
+                self.drawing.measure(self.panel.is_open() || self.split.is_some())?;
             }
             Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
             Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
@@ -263,6 +308,9 @@ impl<'a> Shown<'a> {
                 let next = switch::with_next_march(&settings, |march| plan::allows(scene, march));
                 self.switch(next);
             }
+            Wish::NextView if self.views() => self.switch(switch::with_next_view(&settings)),
+            Wish::View(view) if self.views() => self.switch(switch::with_view(&settings, view)),
+            Wish::NextView | Wish::View(_) => {}
             Wish::Dither => self.switch(switch::with_dither(&settings, !settings.dither)),
             Wish::SelfShadow => self.switch(switch::with_next_self_shadow(&settings)),
             Wish::ShadowMap => self.switch(switch::with_shadow_map(&settings, !settings.shadow_map)),
@@ -278,12 +326,20 @@ impl<'a> Shown<'a> {
             }
             Wish::Next => self.walk_on(false)?,
             Wish::Back => self.walk_on(true)?,
-            Wish::ResetCamera => self.orbit = Orbit::default(),
+            Wish::ResetCamera => self.reset_camera(),
             Wish::Screenshot => self.screenshot = true,
+            Wish::Capture => self.tell(capture::next_frame()),
             Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
             Wish::Shift(pixels) => self.orbit.shift(&self.pose(), pixels, self.height()),
             Wish::Zoom(notches) => self.orbit.zoom(notches),
-            Wish::Quit => {}
+            Wish::Compare if self.views() => self.compare(self.split.is_none())?,
+            Wish::MoveLine(column) => {
+                if let Some(split) = &mut self.split {
+                    split.move_to(column, self.size[0]);
+                }
+            }
+            Wish::Probe(at) if self.views() => self.probe([at.x.max(0.0) as u32, at.y.max(0.0) as u32]),
+            Wish::Compare | Wish::Probe(_) | Wish::Quit => {}
         }
         Ok(())
     }
@@ -297,7 +353,9 @@ impl<'a> Shown<'a> {
             Ok(()) => {
                 console::notice(format_args!("shaders: {count} pipelines made anew"));
                 self.panel.set_fault(None);
-                self.gallery = self.job.sample.exhibit().map(Gallery::new);
+                // Made of what the folder held then.
+                self.split = None;
+                self.gallery = self.exhibited().map(Gallery::new);
             }
             Err(error) => {
                 console::notice(format_args!("shaders: {error}"));
@@ -308,10 +366,10 @@ impl<'a> Shown<'a> {
 
     /// The panel of the next frame, if it is to be seen.
     fn lay_out(&mut self) -> Result<Option<Laid>> {
-        if !self.panel.shows() {
+        if !self.panel.shows() && self.split.is_none() && self.probed.sketch().is_none() {
             return Ok(None);
         }
-        let eye = self.moment(self.clock.time()).pose.camera.transform.translation.to_array();
+        let moment = self.moment(self.clock.time());
         let memory = self.ctx.memory_report();
         let (names, current) = self.drawing.names();
         let scene = &self.drawing.loaded().scene;
@@ -322,12 +380,22 @@ impl<'a> Shown<'a> {
             scenes: (&names, current),
             settings: self.drawing.renderer().settings(),
             marches: &marches,
+            views: self.views(),
             surface: &self.surface,
             displaced: displaced.map(|displacement| [displacement.scale, displacement.midlevel]),
             device: self.ctx.device_name(),
             latest: self.drawing.latest(),
+            split: self.split.as_ref().map(|split| (split.column(self.size[0]), split.gpu_ms())),
+            probed: self.probed.sketch(),
             memory: &memory,
-            eye,
+            sun: scene
+                .lights
+                .iter()
+                .find(|l| matches!(l.kind, LightKind::Directional))
+                .map(|l| light::degrees(l.direction)),
+            lights_fixed: moment.lights.is_empty(),
+            occluded: scene.materials.iter().any(|material| material.occlusion.is_some()),
+            camera: spelled::camera_args(&moment.pose),
         };
         self.panel.lay_out(&self.window, &facts)
     }
@@ -339,13 +407,40 @@ impl<'a> Shown<'a> {
             Action::Surface(surface) => self.displace(surface)?,
             Action::Scene(index) => {
                 self.frames.wait()?;
-                match self.drawing.walk_to(index as u64) {
-                    Ok(()) => self.orbit = Orbit::default(),
+                match self.drawing.walk_to(index as u64).and_then(|()| self.follow()) {
+                    Ok(()) => self.reset_camera(),
                     Err(error) => self.panel.tell(error),
                 }
                 self.set_title();
             }
-            Action::ResetCamera => self.orbit = Orbit::default(),
+            Action::ResetCamera => self.reset_camera(),
+            Action::Camera(args) => {
+                let now = moment.pose.camera;
+                match camera::start(&args, &self.drawing.loaded().scene, &now) {
+                    Ok(pose) => (self.held, self.orbit) = (Some(pose), Orbit::default()),
+                    Err(error) => self.panel.tell(error),
+                }
+            }
+            Action::Probe(Done::Close) => self.probed.close(),
+            Action::Probe(_) => {
+                let path = free_name(self.job.sample.id(), "svg");
+                let drawing = self.probed.sketch().map(|sketch| sketch.svg.as_str()).unwrap_or_default();
+                match probe::write_drawing(&path, drawing) {
+                    Ok(()) => self.panel.tell(format_args!("wrote {}", path.display())),
+                    Err(error) => self.panel.tell(error),
+                }
+            }
+            Action::Compare(on) => self.compare(on)?,
+            Action::Swap => {
+                let first = self.drawing.renderer().settings().clone();
+                if let Some(split) = &mut self.split {
+                    let second = split.settings().clone();
+                    if let Err(error) = split.set_settings(&first) {
+                        self.panel.tell(error);
+                    }
+                    self.switch(second);
+                }
+            }
             Action::Screenshot => {
                 let told = self.save_screenshot(moment, subject)?;
                 self.panel.tell(told);
@@ -381,14 +476,19 @@ impl<'a> Shown<'a> {
     /// Displaces the materials otherwise: their scenes are read again.
     fn displace(&mut self, surface: SurfaceArgs) -> Result<()> {
         self.frames.wait()?;
-        let replaced = load::again(self.job, &surface).and_then(|scenes| self.drawing.replace(scenes));
+        let replaced = load::again(self.job, &surface).and_then(|scenes| {
+            if let Some(split) = &mut self.split {
+                split.drawing().replace(scenes.clone())?;
+            }
+            self.drawing.replace(scenes)
+        });
         match replaced {
             Ok(()) => {
                 let pixel_lod = surface.height_lod == Some(HeightLod::Auto);
                 let settings = self.drawing.renderer().settings().clone();
                 self.switch(switch::fitting(Settings { pixel_lod, ..settings }));
                 self.surface = surface;
-                self.gallery = self.job.sample.exhibit().map(Gallery::new);
+                self.gallery = self.exhibited().map(Gallery::new);
             }
             Err(error) => self.panel.tell(error),
         }
@@ -398,7 +498,7 @@ impl<'a> Shown<'a> {
     /// The flags of what is on screen: settings, materials, camera.
     fn view(&self) -> Vec<String> {
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &CameraArgs::default());
-        let now = self.orbit.apply(&self.drawing.loaded().start);
+        let now = self.orbit.apply(&self.held.unwrap_or(self.drawing.loaded().start));
         let mut words = spelled::settings(self.drawing.renderer().settings(), &self.job.sample.settings());
         // A key may have left the LOD of each pixel without a meaning.
         let per_pixel = self.drawing.renderer().settings().pixel_lod;
@@ -428,10 +528,11 @@ impl<'a> Shown<'a> {
         args.surface.apply(&mut settings)?;
         self.displace(args.surface)?;
         let Settings { count_limits, still, .. } = self.job.settings;
-        self.drawing.set_settings(&Settings { count_limits, still, ..settings })?;
+        self.switch_drawing(&Settings { count_limits, still, ..settings })?;
+        self.gallery = self.exhibited().map(Gallery::new);
         let start = load::start(&self.drawing.loaded().scene, self.job.size(), &args.camera)?;
         self.drawing.start_at(start);
-        self.orbit = Orbit::default();
+        self.reset_camera();
         self.set_title();
         Ok(())
     }
@@ -449,12 +550,17 @@ impl<'a> Shown<'a> {
     /// The sample's picture, seen as the user has turned it.
     fn moment(&self, time: f64) -> Moment {
         let moment = self.drawing.moment(time);
-        Moment { pose: self.orbit.apply(&moment.pose), ..moment }
+        Moment { pose: self.orbit.apply(&self.held.unwrap_or(moment.pose)), ..moment }
     }
 
     /// The sample's own pose in the last frame.
     fn pose(&self) -> Pose {
-        self.drawing.moment(self.clock.time()).pose
+        self.held.unwrap_or_else(|| self.drawing.moment(self.clock.time()).pose)
+    }
+
+    /// Back to the sample's own camera.
+    fn reset_camera(&mut self) {
+        (self.held, self.orbit) = (None, Orbit::default());
     }
 
     fn height(&self) -> f64 {
@@ -474,25 +580,91 @@ impl<'a> Shown<'a> {
         }
     }
 
+    /// Whether the picture may be shown otherwise than shaded: not where the sample makes its own of it.
+    fn views(&self) -> bool {
+        self.job.sample.exhibit().is_none()
+    }
+
+    /// What a frame is made into before it is shown.
+    fn exhibited(&self) -> Option<&'static dyn Exhibit> {
+        exhibit(self.job, self.drawing.renderer().settings())
+    }
+
     /// Draws with other settings from now on, or says why not and goes on as before.
     fn switch(&mut self, settings: Settings) {
         // A baseline honours none of the keys.
         if settings.baseline.is_some() {
             return;
         }
-        if let Err(error) = self.drawing.set_settings(&settings) {
+        let judged = self.drawing.renderer().settings().view == View::Error;
+        if let Err(error) = self.switch_drawing(&settings) {
             self.panel.tell(&error);
             console::notice(error);
+        }
+        if judged != (self.drawing.renderer().settings().view == View::Error) {
+            self.gallery = self.exhibited().map(Gallery::new);
         }
         self.pace.reset();
         self.set_title();
     }
 
+    fn switch_drawing(&mut self, settings: &Settings) -> Result<()> {
+        if settings.view == View::Error {
+            let moment = self.moment(self.clock.time());
+            error_map::moved(&self.drawing.loaded().scene, &moment)?;
+            // It shows one moment.
+            if self.moves() {
+                self.clock.toggle_pause();
+            }
+        }
+        self.drawing.set_settings(settings)?;
+        self.frames.wait()?;
+        self.drawing.keep_aov(exhibit(self.job, settings).is_some())
+    }
+
+    /// Probes a pixel of the window, seen as it is now. What has been probed before goes.
+    fn probe(&mut self, at: [u32; 2]) {
+        self.probed.close();
+        let moment = self.moment(self.clock.time());
+        let loaded = self.drawing.loaded();
+        let scene = match error_map::moved(&loaded.scene, &moment) {
+            Ok(scene) => Arc::new(scene),
+            Err(error) => return self.tell(error),
+        };
+        let settings = self.drawing.renderer().settings().clone();
+        let pixel = Pixel { at, size: self.size };
+        let name = loaded.name.clone();
+        self.probed.begin(name, scene, moment.pose.camera, pixel, settings, self.window.clone());
+    }
+
+    /// Tells the user, in the panel and where the program was started.
+    fn tell(&mut self, text: impl std::fmt::Display) {
+        self.panel.tell(&text);
+        console::notice(text);
+    }
+
+    /// Shows a second picture beside the first, or no more.
+    fn compare(&mut self, on: bool) -> Result<()> {
+        self.frames.wait()?;
+        let split = on.then(|| Split::new(&self.drawing)).transpose();
+        match split {
+            Ok(split) => self.split = split,
+            Err(error) => self.panel.tell(error),
+        }
+        self.drawing.measure(self.panel.is_open() || self.split.is_some())
+    }
+
+    /// The second picture is of the same scene as the first.
+    fn follow(&mut self) -> Result<()> {
+        let (_, current) = self.drawing.names();
+        self.split.as_mut().map_or(Ok(()), |split| split.drawing().walk_to(current as u64))
+    }
+
     /// Shows the next scene, or the one before, or says why not and stays.
     fn walk_on(&mut self, back: bool) -> Result<()> {
         self.frames.wait()?;
-        match self.drawing.walk_on(back) {
-            Ok(()) => self.orbit = Orbit::default(),
+        match self.drawing.walk_on(back).and_then(|()| self.follow()) {
+            Ok(()) => self.reset_camera(),
             Err(error) => console::notice(error),
         }
         self.pace.reset();
@@ -504,7 +676,8 @@ impl<'a> Shown<'a> {
     fn subject(&self, moment: &Moment, size: [u32; 2]) -> Subject {
         let settings = self.drawing.renderer().settings().clone();
         let (name, lights) = (self.drawing.loaded().name.clone(), moment.lights.clone());
-        Subject { name, camera: moment.pose.camera, lights, settings, size }
+        let transforms = moment.transforms.clone();
+        Subject { name, camera: moment.pose.camera, transforms, lights, settings, size }
     }
 
     /// Begins an exhibit if the sample has one and the picture has come to rest.
@@ -514,7 +687,7 @@ impl<'a> Shown<'a> {
         let aov = self.drawing.renderer().read_aov()?;
         let mut variants = Vec::new();
         let settings = &subject.settings;
-        if let Some(exhibit) = self.job.sample.exhibit() {
+        if let Some(exhibit) = self.exhibited() {
             for (i, variant) in exhibit.variants(settings).iter().enumerate() {
                 let moment = moment.seen_from(exhibit.seen_from(i, &moment.pose));
                 self.drawing.set_settings(variant)?;
@@ -526,7 +699,10 @@ impl<'a> Shown<'a> {
         if !variants.is_empty() {
             self.drawing.set_settings(settings)?;
         }
-        let scene = self.drawing.loaded().scene.clone();
+        let mut scene = self.drawing.loaded().scene.clone();
+        if settings.view == View::Error {
+            scene = Arc::new(error_map::moved(&scene, moment)?);
+        }
         if let Some(gallery) = &mut self.gallery {
             gallery.begin(
                 subject.clone(),
@@ -541,13 +717,7 @@ impl<'a> Shown<'a> {
 
     /// Draws a frame that can be read back, and waits for it.
     fn draw_offscreen(&mut self, moment: &Moment, size: [u32; 2]) -> Result<Picture> {
-        let picture = Offscreen::new(&self.ctx, size, self.swapchain.format())?;
-        let mut frame = self.frames.begin()?;
-        let slot = frame.slot();
-        picture.prepare(&mut frame.cmd);
-        self.drawing.record(&mut frame.cmd, slot, None, moment, picture.image())?;
-        self.frames.submit_and_wait(frame)?;
-        picture.read()
+        offscreen(&self.ctx, &mut self.frames, &mut self.drawing, self.swapchain.format(), moment, size)
     }
 
     /// Sample, scene of several, stage, shell, march, what else is switched on, time per frame.
@@ -584,11 +754,16 @@ impl<'a> Shown<'a> {
     /// Draws the frame once more, to an image that can be read back: a window's images often cannot.
     fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<String> {
         let exhibit = self.gallery.as_ref().and_then(|gallery| gallery.shown(subject));
-        let picture = match exhibit {
+        let mut picture = match exhibit {
             Some((picture, _)) => picture.clone(),
             None => self.draw_offscreen(moment, self.swapchain.extent())?,
         };
-        let path = free_name(self.job.sample.id());
+        if let Some(split) = &mut self.split {
+            let second =
+                offscreen(&self.ctx, &mut self.frames, split.drawing(), self.swapchain.format(), moment, picture.size)?;
+            picture.paste_right(&second, split.column(picture.size[0]));
+        }
+        let path = free_name(self.job.sample.id(), "png");
         // A folder that cannot be written to is no reason to close the window.
         let told = match png::write(&path, &picture) {
             Ok(()) => format!("wrote {}", path.display()),
@@ -600,6 +775,28 @@ impl<'a> Shown<'a> {
         self.pace.reset();
         Ok(told)
     }
+}
+
+fn offscreen(
+    ctx: &Context,
+    frames: &mut Frames,
+    drawing: &mut Drawing<'_>,
+    format: vk::Format,
+    moment: &Moment,
+    size: [u32; 2],
+) -> Result<Picture> {
+    let picture = Offscreen::new(ctx, size, format)?;
+    let mut frame = frames.begin()?;
+    let slot = frame.slot();
+    picture.prepare(&mut frame.cmd);
+    drawing.record(&mut frame.cmd, slot, None, moment, picture.image())?;
+    frames.submit_and_wait(frame)?;
+    picture.read()
+}
+
+/// What a frame of these settings is made into before it is shown.
+fn exhibit(job: &Job<'_>, settings: &Settings) -> Option<&'static dyn Exhibit> {
+    if settings.view == View::Error { Some(&ErrorMap) } else { job.sample.exhibit() }
 }
 
 /// What a window's title says of the settings that are not their defaults.
@@ -616,6 +813,7 @@ fn switched_on(settings: &Settings) -> String {
     add(settings.self_shadow != SelfShadow::Off, &format!("self-shadow {}", settings.self_shadow));
     add(settings.shadow_map, "shadow map");
     add(settings.ambient_occlusion, "ambient occlusion");
+    add(settings.view != View::Shaded, &format!("view {}", settings.view));
     text
 }
 
@@ -624,10 +822,10 @@ fn views(id: &str) -> impl Iterator<Item = PathBuf> {
     (1u64..).map(move |number| PathBuf::from(format!("{id}-view-{number}.json")))
 }
 
-/// `SAMPLE-1.png` in the current folder, or the first number that is not taken.
-fn free_name(id: &str) -> PathBuf {
-    let names = (1u64..).map(|number| PathBuf::from(format!("{id}-{number}.png")));
-    names.into_iter().find(|path| !Path::exists(path)).unwrap_or_else(|| PathBuf::from(format!("{id}.png")))
+/// `SAMPLE-1.png` in the current folder, or the first number that is not taken; and so with other endings.
+fn free_name(id: &str, ending: &str) -> PathBuf {
+    let mut names = (1u64..).map(|number| PathBuf::from(format!("{id}-{number}.{ending}")));
+    names.find(|path| !Path::exists(path)).unwrap_or_else(|| PathBuf::from(format!("{id}.{ending}")))
 }
 
 /// What the window system refused. Of winit's message only the cause is kept: before it stands a place in winit.

@@ -2,7 +2,9 @@
 //! refuse is out of every key's reach: what no longer fits falls back to the default, and a key that fits nothing does
 //! nothing.
 
-use prism_engine::settings::{March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents};
+use prism_engine::settings::{
+    DepthPrepass, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+};
 
 /// The same settings with the shell switched on or off: the march follows where it must.
 pub fn with_shell(settings: &Settings, shell: Shell) -> Settings {
@@ -67,6 +69,16 @@ pub fn with_ambient_occlusion(settings: &Settings, ambient_occlusion: bool) -> S
     fitting(Settings { ambient_occlusion, ..settings.clone() })
 }
 
+/// The same settings with the next view that they have something to show in.
+pub fn with_next_view(settings: &Settings) -> Settings {
+    with_view(settings, after(View::ALL, settings.view, |view| with_view(settings, view).view == view))
+}
+
+/// The same settings with this view, if they have something to show in it.
+pub fn with_view(settings: &Settings, view: View) -> Settings {
+    fitting(Settings { view, ..settings.clone() })
+}
+
 /// The first value after `now`, in the command line's order and around its end, that `allowed` lets through.
 fn after<T: Copy + PartialEq>(all: &[T], now: T, allowed: impl Fn(T) -> bool) -> T {
     let at = all.iter().position(|&value| value == now).unwrap_or(0);
@@ -96,9 +108,15 @@ pub fn fitting(mut settings: Settings) -> Settings {
     if march == March::None {
         settings.lod_fade = None;
     }
+    if !shelled(&settings) || settings.msaa > 1 || settings.depth_prepass == DepthPrepass::On {
+        settings.prism_culling = PrismCulling::Auto;
+    }
     settings.pixel_lod &= !shelled(&settings) && march.reads_lods();
     settings.dither &= march.steps();
     settings.ambient_occlusion &= march != March::None;
+    if !settings.shows_view() {
+        settings.view = View::Shaded;
+    }
     settings
 }
 
@@ -121,7 +139,7 @@ mod tests {
         let on_off = |on: bool| if on { "on" } else { "off" };
         let mut words = format!(
             "prism render scene.gltf --shell {} --march {} --silhouette {} --normals {} --self-shadow {} --dither {} \
-             --shadow-map {} --ambient-occlusion {}",
+             --shadow-map {} --ambient-occlusion {} --view {}",
             settings.shell,
             settings.march,
             settings.silhouette,
@@ -129,7 +147,8 @@ mod tests {
             settings.self_shadow,
             on_off(settings.dither),
             on_off(settings.shadow_map),
-            on_off(settings.ambient_occlusion)
+            on_off(settings.ambient_occlusion),
+            settings.view
         );
         if settings.stage != Stage::Auto && shelled(settings) {
             words += &format!(" --stage {}", settings.stage);

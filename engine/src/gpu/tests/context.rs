@@ -93,3 +93,21 @@ fn equal_samplers_are_one() {
     assert_ne!(Sampler::new(&ctx, &trilinear).unwrap(), Sampler::new(&ctx, &clamped).unwrap());
     assert_clean(ctx);
 }
+
+#[test]
+fn a_lost_device_is_told_with_its_last_pass() {
+    let ctx = context(&[]);
+    for name in ["surface", "shell"] {
+        run_once(&ctx, |cmd| {
+            cmd.region(name, |_| ());
+            Ok(())
+        })
+        .unwrap();
+    }
+    let told = ctx.failure("waiting for frame 7", vk::Result::ERROR_DEVICE_LOST).to_string();
+    assert!(told.starts_with("waiting for frame 7: the device was lost"), "{told}");
+    assert!(told.contains("the last pass recorded for it: shell"), "{told}");
+    let other = ctx.failure("waiting for frame 7", vk::Result::ERROR_OUT_OF_HOST_MEMORY).to_string();
+    assert!(!other.contains("shell"), "{other}");
+    assert_clean(ctx);
+}

@@ -88,7 +88,7 @@ impl MicroMesh {
 fn check_material(scene: &Scene, planned: &PlannedPrimitive) -> Result<()> {
     let material = &scene.materials[source(scene, planned).material];
     let set = material.displacement.map_or(0, |d| d.tex_coord);
-    let others = crate::render::plan::texture_refs(material).into_iter().flatten().any(|t| t.tex_coord != set);
+    let others = material.textures().into_iter().flatten().any(|t| t.tex_coord != set);
     if material.normal.is_none() && !others {
         return Ok(());
     }

@@ -9,9 +9,9 @@ use super::Situation;
 use crate::gpu::{format_bytes, full_mip_count, vk};
 use crate::render::aov::AovTargets;
 use crate::render::geometry::PrimitiveData;
-use crate::render::layout::{Frame, Light, Object, ShadowView};
+use crate::render::layout::{Counters, Frame, Light, Object, ShadowView};
 use crate::render::plan::{self, Plan};
-use crate::render::{DEPTH_FORMAT, blue_noise, pyramid, resources, shadow};
+use crate::render::{DEPTH_FORMAT, blue_noise, culling, depth_tiles, pyramid, resources, shadow};
 use crate::scene::{HeightTexels, Scene, Wrap};
 use crate::settings::{March, Settings};
 use crate::shell::occlusion;
@@ -44,7 +44,7 @@ pub struct ImageFact {
 
 /// Buffers; what a frame in flight writes is listed once, for the first slot. Without those of meshes that deform and of
 /// baselines.
-pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<BufferFact> {
+pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situation) -> Vec<BufferFact> {
     let mut buffers = Vec::new();
     let mut add = |name: String, bytes: usize| {
         if bytes > 0 {
@@ -70,7 +70,17 @@ pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<BufferFac
         add(format!("frame of slot 0, shadow map {map}"), size_of::<Frame>());
         add(format!("objects of slot 0, shadow map {map}"), size_of::<Object>() * plan.draws.len());
     }
-    add("counters of slot 0".into(), if settings.count_limits { size_of::<u32>() } else { 0 });
+    for (index, draw) in plan.draws.iter().enumerate() {
+        for (name, bytes) in culling::buffers(index, draw) {
+            add(name, bytes);
+        }
+    }
+    if plan.hides() {
+        add(depth_tiles::NAME.into(), depth_tiles::bytes(situation.extent));
+    }
+    let counts = plan.draws.iter().any(|draw| draw.variant.cull.is_some_and(|cull| cull.counted));
+    add("culled prisms of slot 0".into(), if counts { size_of::<culling::Counts>() } else { 0 });
+    add("counters of slot 0".into(), if settings.counts() { size_of::<Counters>() } else { 0 });
     buffers
 }
 
@@ -101,7 +111,7 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
         let planned = &plan.primitives[draw.primitive];
         let primitive = plan::source(scene, planned);
         let material = &scene.materials[primitive.material];
-        for (texture, set) in plan::texture_refs(material).into_iter().zip(draw.variant.textures) {
+        for (texture, set) in material.textures().into_iter().zip(draw.variant.textures) {
             if let Some(texture) = texture.filter(|_| set.is_some()) {
                 colors.insert(texture.image);
             }

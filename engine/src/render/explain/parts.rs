@@ -27,6 +27,12 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     let height = |of: fn(Height) -> bool| variant.height.is_some_and(of);
     let march = |of: fn(March) -> bool| variant.height.is_some_and(|h| of(h.march));
     part("fragment shader", fragment, "colours or the hit's depth are computed", "the raster's depth is all it is for");
+    part("culling", variant.cull.is_some(), "unseen prisms are dropped before it", "all its prisms are made");
+    let hides = variant.cull.is_some_and(|cull| cull.hidden);
+    part("culling of the hidden", hides, "depth before it drops them", "depth drops their pixels");
+    if variant.pass == Pass::Cull {
+        return parts;
+    }
     part("height field", variant.height.is_some(), "it traces or shades by it", "none moves or shades it");
     part("gl_FragDepth", variant.writes_depth(), "its surface is not the raster's", "its surface is the raster's own");
     let not_behind =
@@ -70,6 +76,7 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     part("shading by sample", variant.per_sample, "the fragment decides what it covers", raster);
     part("surface data", variant.aov, "they are asked for", "not asked for");
     part("loop counters", height(|h| h.count_limits), "--stats counts loops that give up", "not asked for");
+    part("read counters", height(|h| h.count_reads), "the report counts reads of height maps", "not asked for");
     part("depth stands already", variant.depth_stands, "a pass before it drew its depth", "it draws its own depth");
     let light = variant.pass == Pass::Light;
     part(

@@ -15,10 +15,12 @@ use self::fade::Span;
 use self::ledger::{Ledger, Need};
 pub use self::lights::ShadowPlan;
 use self::lights::{MAX_SHADOWED_LIGHTS, shadowed_lights};
-use super::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
+use super::variant::{Cull, Geometry, Height, Pass, TEXTURE_NAMES, Variant};
 use crate::error::{Error, Result};
-use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene, TextureRef};
-use crate::settings::{Baseline, DepthPrepass, Dicer, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage};
+use crate::scene::{DepthOffset, Displacement, Instance, Material, Primitive, Procedure, Scene};
+use crate::settings::{
+    Baseline, DepthPrepass, Dicer, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, View,
+};
 use crate::shell::{
     certificate::{self, Folds},
     prisms::{self, MAX_OTHERS, ShellGeometry},
@@ -36,6 +38,8 @@ pub struct Draw {
     pub variant: Variant,
     /// What draws its depth before any colour, if that comes first.
     pub depth: Option<Variant>,
+    /// The pass that lists the prisms it draws, where its stage does not drop the others itself.
+    pub cull: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
     /// When it is drawn; always where nothing fades.
@@ -90,8 +94,23 @@ pub struct Plan {
     pub notices: Vec<String>,
 }
 
+impl Plan {
+    /// Whether prisms are dropped that the depth of others hides.
+    pub fn hides(&self) -> bool {
+        self.draws.iter().any(Draw::hides)
+    }
+}
+
+impl Draw {
+    /// Whether those of its prisms are dropped that what is nearer hides.
+    pub fn hides(&self) -> bool {
+        self.variant.cull.is_some_and(|cull| cull.hidden)
+    }
+}
+
 /// Whether any draw of the scene would be a shell under these settings, whatever the device.
 pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
+    let settings = &settings.drawn();
     settings.baseline.is_none()
         && settings.resolved_shell() != Shell::Off
         && scene.instances.iter().map(|i| &scene.meshes[i.mesh]).any(|mesh| {
@@ -165,6 +184,7 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
         )));
     }
     tangents::check(scene, settings)?;
+    check_culling(scene, settings)?;
     if let Some(Baseline::Diced { edge, .. }) = settings.baseline
         && !(edge.is_finite() && edge > 0.0)
     {
@@ -182,8 +202,24 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
     }
 }
 
+fn check_culling(scene: &Scene, settings: &Settings) -> Result<()> {
+    let asked = settings.prism_culling;
+    let why = match asked {
+        PrismCulling::Auto | PrismCulling::Off => return Ok(()),
+        _ if !wants_shell(scene, settings) => "no shell is drawn",
+        _ if settings.keep_all => "--keep-all draws every prism",
+        PrismCulling::Hidden if settings.msaa > 1 => "what is hidden is found with one sample a pixel; use --msaa 1",
+        PrismCulling::Hidden if settings.depth_prepass == DepthPrepass::On => {
+            "--depth-prepass on draws the depth of hidden prisms too"
+        }
+        PrismCulling::View | PrismCulling::Hidden => return Ok(()),
+    };
+    Err(Error::Usage(format!("--prism-culling {asked}: {why}")))
+}
+
 /// Makes the plan. `stage`: mesh or geometry, as the device allows.
 pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan {
+    let settings = &settings.drawn();
     let mut plan = Plan { ledger: Ledger::new(settings.keep_all), ..Plan::default() };
     if (settings.shadow_map || settings.self_shadow != SelfShadow::Off) && scene.lights.len() > MAX_SHADOWED_LIGHTS {
         plan.notices.push(format!("{} lights; the first {MAX_SHADOWED_LIGHTS} cast shadows", scene.lights.len()));
@@ -202,8 +238,10 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
     trim(settings, &mut plan);
+    plan_culling(scene, settings, stage, &mut plan);
     plan_samples(settings, aov, &mut plan);
     plan_depths(settings, &mut plan);
+    plan_edges(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
     }
@@ -332,6 +370,7 @@ fn plan_draws(
     let plain = Variant {
         geometry: Geometry::Surface,
         textures,
+        specular: ledger.decide(&of_material, "specular", needs::specular(material)),
         channels: [material.roughness_channel, material.metallic_channel],
         occludes_light: settings.occlusion_light > 0.0 && !scene.lights.is_empty(),
         height: None,
@@ -351,11 +390,25 @@ fn plan_draws(
         per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
+        cull: None,
+        // Of the others some add to the shaded picture.
+        view: match settings.view {
+            View::Base | View::Wireframe | View::Error => View::Shaded,
+            own => own,
+        },
     };
     let prisms = geometry.shell.prisms.len() as u32;
     let mut push_in = |span: Option<Span>, variant: Variant, range: Range<u32>| {
         if !range.is_empty() {
-            plan.draws.push(Draw { instance: index, primitive: planned, variant, depth: None, range, span });
+            plan.draws.push(Draw {
+                instance: index,
+                primitive: planned,
+                variant,
+                depth: None,
+                cull: None,
+                range,
+                span,
+            });
         }
     };
     let mut push = |variant: Variant, range: Range<u32>| push_in(None, variant, range);
@@ -453,6 +506,27 @@ fn trim(settings: &Settings, plan: &mut Plan) {
     }
 }
 
+/// Which draws' prisms are dropped unseen, before the stage that makes them.
+fn plan_culling(scene: &Scene, settings: &Settings, stage: Stage, plan: &mut Plan) {
+    for draw in plan.draws.iter_mut().filter(|draw| draw.variant.geometry.stage().is_some()) {
+        let planned = &plan.primitives[draw.primitive];
+        let of = primitive_name(scene, planned.mesh, planned.primitive);
+        let prisms = draw.range.len();
+        if !plan.ledger.decide(&of, "culling", needs::culling(settings, stage, prisms)) {
+            continue;
+        }
+        let hidden = plan.ledger.decide(&of, "culling of the hidden", needs::hidden_culling(settings));
+        draw.variant.cull = Some(Cull { hidden, counted: settings.count_limits });
+        draw.cull = draw.variant.for_culling();
+    }
+}
+
+/// Whether prisms may be dropped unseen, before the plan: what the device is asked for.
+pub fn may_cull(scene: &Scene, settings: &Settings) -> bool {
+    let decided = |prisms| matches!(needs::culling(settings, Stage::Mesh, prisms), Need::Yes(_));
+    wants_shell(scene, settings) && drawn(scene).any(|primitive| decided(primitive.triangles.len()))
+}
+
 /// What draws a displaced primitive as a baseline does. `plain`: its variant without displacement.
 fn baseline_variant(baseline: Baseline, displacement: &Displacement, plain: Variant) -> Variant {
     match baseline {
@@ -482,6 +556,25 @@ fn plan_depths(settings: &Settings, plan: &mut Plan) {
     }
 }
 
+/// The lines that a view draws over its picture: of each primitive once for each of its instances.
+fn plan_edges(settings: &Settings, plan: &mut Plan) {
+    let geometry = match settings.view {
+        View::Base => Geometry::BaseEdges,
+        View::Wireframe => Geometry::PrismEdges,
+        _ => return,
+    };
+    let mut edges: Vec<Draw> = Vec::new();
+    for draw in &plan.draws {
+        let same = |edge: &Draw| [edge.instance, edge.primitive] == [draw.instance, draw.primitive];
+        if (geometry == Geometry::PrismEdges && draw.variant.geometry.stage().is_none()) || edges.iter().any(same) {
+            continue;
+        }
+        let variant = draw.variant.for_edges(geometry);
+        edges.push(Draw { variant, depth: None, cull: None, span: None, ..draw.clone() });
+    }
+    plan.draws.append(&mut edges);
+}
+
 /// Several samples a pixel: AOVs have one, so they get draws of their own.
 fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     if settings.msaa == 1 {
@@ -496,6 +589,8 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
             aov_uv: 0,
             samples: settings.msaa as u8,
             per_sample: variant.decides_coverage(),
+            // Counted once, where there is one sample.
+            height: variant.height.map(|height| Height { count_reads: height.count_reads && !aov, ..height }),
             ..*variant
         };
     }
@@ -532,6 +627,7 @@ fn height(displacement: &Displacement, settings: &Settings, shell: bool) -> Heig
         reenters: false,
         // Linear searches end by themselves.
         count_limits: settings.count_limits && (settings.march == March::Exact || settings.march.reads_cones()),
+        count_reads: settings.count_reads,
     }
 }
 
@@ -562,19 +658,8 @@ pub fn primitive_name(scene: &Scene, mesh: usize, primitive: usize) -> String {
 }
 
 /// UV set of each texture slot.
-fn textures(material: &Material) -> [Option<u8>; 5] {
-    texture_refs(material).map(|t| t.map(|t| t.tex_coord as u8))
-}
-
-/// The textures of a material in slot order.
-pub fn texture_refs(material: &Material) -> [Option<TextureRef>; 5] {
-    [
-        material.base_color,
-        material.metallic_roughness,
-        material.normal.map(|(t, _)| t),
-        material.occlusion.map(|(t, _)| t),
-        material.emissive,
-    ]
+fn textures(material: &Material) -> [Option<u8>; 7] {
+    material.textures().map(|t| t.map(|t| t.tex_coord as u8))
 }
 
 /// The primitive behind a planned one.

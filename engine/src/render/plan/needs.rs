@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::ledger::Need;
 use crate::scene::{HeightMap, HeightTexels, Instance, Light, LightKind, Material, Mesh, Primitive, Scene};
-use crate::settings::{SelfShadow, Settings, Shell};
+use crate::settings::{DepthPrepass, PrismCulling, SelfShadow, Settings, Shell, Stage};
 use crate::shell::{
     certificate,
     prisms::{self, ShellGeometry, Wall},
@@ -103,13 +103,14 @@ pub fn plain_prisms(geometry: &ShellGeometry, deforms: bool) -> Need {
     Need::when(plain > 0, format!("{plain} of its triangles are plain"), "all its triangles are displaced")
 }
 
-/// Each texture of a material, in the order of [`super::texture_refs`].
-pub fn textures(material: &Material) -> [Need; 5] {
+/// Each texture of a material, in the order of [`Material::textures`].
+pub fn textures(material: &Material) -> [Need; 7] {
     let masked = material.alpha_cutoff.is_some();
     let need = |has: bool, read: bool, why_not: &str| match has {
         true => Need::when(read, "the material has it", why_not),
         false => Need::No("the material has none".into()),
     };
+    let (matt, metal) = (material.specular == 0.0, all_metal(material));
     let black = material.base_color_factor.truncate() == Vec3::ZERO;
     [
         need(material.base_color.is_some(), !black || masked, "its factor is black"),
@@ -125,7 +126,32 @@ pub fn textures(material: &Material) -> [Need; 5] {
             "its strength is 0",
         ),
         need(material.emissive.is_some(), material.emissive_factor != Vec3::ZERO, "its factor is black"),
+        need(material.specular_map.is_some(), !matt && !metal, if matt { "its factor is 0" } else { METAL }),
+        need(
+            material.specular_color.is_some(),
+            !matt && !metal && material.specular_color_factor != Vec3::ZERO,
+            if metal { METAL } else { "its factor or the specular one is 0" },
+        ),
     ]
+}
+
+/// Why metal has no use for `KHR_materials_specular`.
+const METAL: &str = "it is all metal, which reflects its base colour";
+
+fn all_metal(material: &Material) -> bool {
+    material.metallic == 1.0 && material.metallic_roughness.is_none()
+}
+
+/// Code for another reflection than the 4 % of a common dielectric.
+pub fn specular(material: &Material) -> Need {
+    let asked = material.specular != 1.0
+        || material.specular_color_factor != Vec3::ONE
+        || material.specular_map.is_some()
+        || material.specular_color.is_some();
+    match asked {
+        true => Need::when(!all_metal(material), "the material changes it", METAL),
+        false => Need::No("it reflects 4 %".into()),
+    }
 }
 
 /// alphaMode MASK.
@@ -153,6 +179,36 @@ pub fn sixteen_bits(map: &HeightMap) -> Need {
             "its heights are not all among 256 even steps",
             "8 hold each of its heights exactly",
         ),
+    }
+}
+
+/// Prisms of a primitive from which on it pays to drop unseen ones: below, all are made in the time that testing them takes.
+const CULLED_FROM: usize = 4096;
+
+/// Dropping a primitive's prisms that lie outside the view or, lids, face away, before the stage that makes them.
+pub fn culling(settings: &Settings, stage: Stage, prisms: usize) -> Need {
+    match settings.prism_culling {
+        PrismCulling::Off => Need::No("--prism-culling off, or a mesh stage without a task stage".into()),
+        _ if settings.keep_all => Need::No("--keep-all draws every prism".into()),
+        PrismCulling::Auto if prisms < CULLED_FROM => {
+            Need::No(format!("its {prisms} prisms are made in the time that testing them would take"))
+        }
+        PrismCulling::Auto if stage == Stage::Geometry && settings.resolved_shell() == Shell::Walk => {
+            Need::No("a pass that lists lids for the geometry stage costs what it spares".into())
+        }
+        PrismCulling::Auto => Need::Yes(format!("many of {prisms} prisms may lie outside the view")),
+        asked => Need::Yes(format!("--prism-culling {asked}")),
+    }
+}
+
+/// Dropping those too that what is nearer hides.
+pub fn hidden_culling(settings: &Settings) -> Need {
+    match settings.prism_culling {
+        PrismCulling::Hidden => Need::Yes("--prism-culling hidden".into()),
+        PrismCulling::Auto if settings.msaa > 1 => Need::No("a pixel has several depths".into()),
+        PrismCulling::Auto if settings.depth_prepass == DepthPrepass::On => Need::No("depth comes first".into()),
+        PrismCulling::Auto => Need::Yes("what lies behind others traces its rays in vain".into()),
+        PrismCulling::Off | PrismCulling::View => Need::No("not asked for".into()),
     }
 }
 

@@ -175,7 +175,7 @@ impl Renderer {
         let slots = &mut maps.slots[slot];
         while slots.len() <= tile {
             let label = format!("slot {slot}, shadow map {}", slots.len());
-            slots.push(Slot::new(&self.ctx, &label, plan.draws.len(), 0, 0, false)?);
+            slots.push(Slot::new(&self.ctx, &label, plan.draws.len(), 0, 0, [false; 2])?);
         }
         let slots = &mut slots[tile];
         let (objects, cut) = self.objects(view, &plan.draws);
@@ -192,7 +192,8 @@ impl Renderer {
         for shells in [false, true] {
             for (index, draw) in plan.draws.iter().enumerate().filter(|(_, draw)| is_shell(draw) == shells) {
                 let sets = [slots.set(&draw.variant), &maps.sets[index]];
-                self.record_draw(cmd, draw, &draw.variant, sets, index, &frame, &objects[index], cut[index]);
+                let push = self.push(draw, index, cut[index]);
+                self.record_draw(cmd, draw, &draw.variant, sets, index, &frame, &objects[index], &push);
             }
         }
         Ok(())

@@ -60,6 +60,20 @@ fn requests_that_make_no_sense() {
 }
 
 #[test]
+fn a_specular_extension_that_is_broken() {
+    let specular = |name: &str, value| {
+        let mut gltf = Gltf::quad();
+        gltf.set("/materials/0/extensions", json!({ "KHR_materials_specular": { name: value } }));
+        gltf
+    };
+    let wall = "material 0 'wall'";
+    specular("specularTexture", json!({ "index": 9 })).fails(wall, "refers to texture 9");
+    specular("specularColorTexture", json!({ "index": 0, "texCoord": 2 })).fails(wall, "reads TEXCOORD_2");
+    specular("specularFactor", json!(1e39)).fails(wall, "specularFactor is not finite");
+    specular("specularFactor", json!("high")).fails(wall, "high");
+}
+
+#[test]
 fn numbers_beyond_all_bounds() {
     // serde_json's own values cannot hold these, so the text is edited.
     let text = String::from_utf8(displaced("midlevel", json!(0.125)).text()).expect("JSON is UTF-8");

@@ -130,6 +130,25 @@ fn relative_scale_follows_the_areas() {
 }
 
 #[test]
+fn the_extension_of_specular_is_read() {
+    let mut gltf = Gltf::quad();
+    let plain = gltf.loads().materials[0].clone();
+    assert_eq!((plain.specular, plain.specular_color_factor), (1.0, Vec3::ONE));
+    assert!(plain.specular_map.is_none() && plain.specular_color.is_none());
+    let extension = json!({ "specularFactor": 0.25, "specularTexture": { "index": 0 }, "specularColorFactor": [2, 0.5, 0],
+        "specularColorTexture": { "index": 0, "texCoord": 1 } });
+    gltf.set("/materials/0/extensions", json!({ "KHR_materials_specular": extension }))
+        .set("/extensionsUsed", json!(["KHR_materials_specular"]))
+        .set("/extensionsRequired", json!(["KHR_materials_specular"]));
+    let scene = gltf.loads();
+    let material = &scene.materials[0];
+    assert_eq!((material.specular, material.specular_color_factor), (0.25, Vec3::new(2.0, 0.5, 0.0)));
+    let images = [material.specular_map, material.specular_color].map(|texture| texture.expect("a texture").image);
+    assert_eq!(images.map(|image| scene.images[image].srgb), [false, true]);
+    assert!(scene.notices.iter().all(|notice| !notice.contains("specular")), "{:?}", scene.notices);
+}
+
+#[test]
 fn colour_and_data_are_stored_apart_and_once() {
     let mut gltf = Gltf::quad();
     let extension = json!({ "KHR_texture_transform": { "offset": [0.5, 0.25], "texCoord": 1 } });

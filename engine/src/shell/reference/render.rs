@@ -1,5 +1,7 @@
 //! The reference's camera: one ray through each pixel centre, and light visibility.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -67,6 +69,18 @@ impl Reference {
     /// Traces a frame: every channel of [`Aov`] but the colour, which stays 0. One ray per pixel centre, row 0 on top;
     /// hits nearer than the near plane or farther than a finite far plane do not count.
     pub fn render(&self, camera: &Camera, width: u32, height: u32, shadows: Shadows) -> Aov {
+        self.render_counting(camera, width, height, shadows, &AtomicUsize::new(0))
+    }
+
+    /// [`Reference::render`], which counts the pixels that are done in `done`, for whoever waits.
+    pub fn render_counting(
+        &self,
+        camera: &Camera,
+        width: u32,
+        height: u32,
+        shadows: Shadows,
+        done: &AtomicUsize,
+    ) -> Aov {
         let lens = Lens { camera: *camera, size: [f64::from(width), f64::from(height)] };
         let light = self.lights.first().filter(|_| shadows != Shadows::Skip);
         let roofs = match shadows {
@@ -74,6 +88,7 @@ impl Reference {
             _ => None,
         };
         let pixel = |i: usize| {
+            done.fetch_add(1, Ordering::Relaxed);
             let (origin, direction) = lens.ray(i % width as usize, i / width as usize);
             let hit = self.first(origin, direction, lens.depths())?;
             let lit = |lit: bool| if lit { 1.0 } else { 0.0 };

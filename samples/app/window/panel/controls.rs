@@ -3,10 +3,14 @@
 use std::fmt::Display;
 
 use egui::{ComboBox, DragValue, Response, Slider, Ui};
-use prism_engine::settings::{DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents};
+use prism_engine::settings::{
+    DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+};
 
 use super::{Action, Facts, tips::Tips};
 use crate::app::{
+    cli::CameraArgs,
+    light::LightArgs,
     surface::{HeightLod, SurfaceArgs},
     window::switch,
 };
@@ -15,6 +19,7 @@ use crate::app::{
 #[cfg(test)]
 pub const FLAGS: &[&str] = &[
     "scene",
+    "view",
     "stage",
     "shell",
     "march",
@@ -34,6 +39,11 @@ pub const FLAGS: &[&str] = &[
     "shadow-softness",
     "shadow-steps",
     "shadow-map",
+    "occlusion-light",
+    "sun",
+    "light-intensity",
+    "target",
+    "fov-y",
     "shadow-map-size",
     "cascades",
     "ambient-occlusion",
@@ -73,23 +83,52 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
         }
     }
 
+    ui.add_enabled_ui(facts.views, |ui| {
+        ui.horizontal(|ui| {
+            let (text, tip) = match facts.split {
+                None => ("compare", "Keeps these settings on the right of a line; what you change is on its left."),
+                Some(_) => ("compare no more", "Shows the first settings alone."),
+            };
+            if ui.button(text).on_hover_text(tip).clicked() {
+                actions.push(Action::Compare(facts.split.is_none()));
+            }
+            if facts.split.is_some() && ui.button("swap").on_hover_text("Exchanges left and right.").clicked() {
+                actions.push(Action::Swap);
+            }
+        })
+    });
     let mut now = facts.settings.clone();
+    if facts.views {
+        let allowed = |view| switch::with_view(facts.settings, view).view == view;
+        choice(ui, "view", &mut now.view, View::ALL, allowed, tips);
+    }
     ui.separator();
     technique(ui, &mut now, facts.marches, tips);
     ui.separator();
+    let mut done = false;
     if let Some(own) = facts.displaced {
-        displacement(ui, facts, own, tips, surface, actions);
+        done |= displacement(ui, facts, own, tips, surface);
         ui.separator();
     }
-    shading(ui, &mut now, tips);
+    shading(ui, &mut now, facts, tips);
     ui.separator();
-    ui.horizontal(|ui| {
-        let [x, y, z] = facts.eye;
-        ui.label(format!("eye {x:.2}, {y:.2}, {z:.2}")).on_hover_text(tips.of("eye"));
-        if ui.button("reset").on_hover_text("Goes back to the sample's own camera.").clicked() {
-            actions.push(Action::ResetCamera);
-        }
-    });
+    done |= lights(ui, facts, tips, surface);
+    ui.separator();
+    camera(ui, facts, tips, actions);
+    if done {
+        let taken = std::mem::take(surface);
+        let own = facts.surface;
+        actions.push(Action::Surface(SurfaceArgs {
+            height_scale: taken.height_scale.or(own.height_scale),
+            midlevel: taken.midlevel.or(own.midlevel),
+            height_lod: taken.height_lod.or(own.height_lod),
+            light: LightArgs {
+                sun: taken.light.sun.or(own.light.sun),
+                light_intensity: taken.light.light_intensity.or(own.light.light_intensity),
+            },
+            ..own.clone()
+        }));
+    }
     if now != *facts.settings {
         actions.push(Action::Settings(now));
     }
@@ -121,17 +160,19 @@ fn technique(ui: &mut Ui, now: &mut Settings, marches: &[March], tips: &Tips) {
     ui.add_enabled_ui(now.march.steps(), |ui| tick(ui, "dither", &mut now.dither, tips));
 }
 
-/// Scale, midlevel and LOD of the heights; taken over when the pointer lets go.
+/// Whether the pointer lets go of a value that it has changed.
+fn lets_go(response: &Response) -> bool {
+    response.drag_stopped() || response.lost_focus()
+}
+
+/// Scale, midlevel and LOD of the heights. Whether they are to be taken over: when the pointer lets go.
 fn displacement(
     ui: &mut Ui,
     facts: &Facts<'_>,
     [scale, midlevel]: [f64; 2],
     tips: &Tips,
     surface: &mut SurfaceArgs,
-    actions: &mut Vec<Action>,
-) {
-    let mut done = false;
-    let mut lets_go = |response: Response| done |= response.drag_stopped() || response.lost_focus();
+) -> bool {
     let mut value = surface.height_scale.or(facts.surface.height_scale).unwrap_or(scale);
     let slider =
         DragValue::new(&mut value).range(0.0..=f64::MAX).speed(0.002 * scale.max(1e-3)).prefix("height-scale ");
@@ -139,35 +180,89 @@ fn displacement(
     if response.changed() {
         surface.height_scale = Some(value);
     }
-    lets_go(response);
+    let mut done = lets_go(&response);
     let mut value = surface.midlevel.or(facts.surface.midlevel).unwrap_or(midlevel);
     let response = ui.add(Slider::new(&mut value, 0.0..=1.0).text("midlevel")).on_hover_text(tips.of("midlevel"));
     if response.changed() {
         surface.midlevel = Some(value);
     }
-    lets_go(response);
-    let mut value = match surface.height_lod.or(facts.surface.height_lod) {
-        Some(HeightLod::Mip(mip)) => mip,
-        Some(HeightLod::Auto) | None => 0,
-    };
-    let response = ui.add(Slider::new(&mut value, 0..=8).text("height-lod")).on_hover_text(tips.of("height-lod"));
-    if response.changed() {
-        surface.height_lod = Some(HeightLod::Mip(value));
+    done |= lets_go(&response);
+    let lod = surface.height_lod.or(facts.surface.height_lod);
+    let mut auto = facts.settings.pixel_lod;
+    let reads = facts.settings.resolved_shell() == Shell::Off && facts.settings.march.reads_lods();
+    let of_pixel = ui.add_enabled(reads, egui::Checkbox::new(&mut auto, "height-lod auto"));
+    if of_pixel.on_hover_text(tips.of("height-lod")).changed() {
+        surface.height_lod = Some(if auto { HeightLod::Auto } else { HeightLod::Mip(0) });
+        done = true;
     }
-    lets_go(response);
-    if done {
-        let taken = std::mem::take(surface);
-        let own = facts.surface;
-        actions.push(Action::Surface(SurfaceArgs {
-            height_scale: taken.height_scale.or(own.height_scale),
-            midlevel: taken.midlevel.or(own.midlevel),
-            height_lod: taken.height_lod.or(own.height_lod),
-            ..own.clone()
-        }));
+    ui.add_enabled_ui(!auto, |ui| {
+        let mut value = match lod {
+            Some(HeightLod::Mip(mip)) => mip,
+            Some(HeightLod::Auto) | None => 0,
+        };
+        let response = ui.add(Slider::new(&mut value, 0..=8).text("height-lod")).on_hover_text(tips.of("height-lod"));
+        if response.changed() {
+            surface.height_lod = Some(HeightLod::Mip(value));
+        }
+        done |= lets_go(&response);
+    });
+    done
+}
+
+/// Where the sun stands and how strong the lights are. Whether it is to be taken over: when the pointer lets go.
+fn lights(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceArgs) -> bool {
+    let mut done = false;
+    ui.add_enabled_ui(facts.lights_fixed, |ui| {
+        if let Some(own) = facts.sun {
+            let mut sun = surface.light.sun.or(facts.surface.light.sun).unwrap_or(own);
+            for (k, reach, text) in [(0, 180.0, "sun, around"), (1, 90.0, "sun, above")] {
+                let response = ui.add(Slider::new(&mut sun[k], -reach..=reach).text(text).suffix("°"));
+                let response = response.on_hover_text(tips.of("sun"));
+                if response.changed() {
+                    surface.light.sun = Some(sun);
+                }
+                done |= lets_go(&response);
+            }
+        }
+        let mut factor = surface.light.light_intensity.or(facts.surface.light.light_intensity).unwrap_or(1.0);
+        let response = ui.add(Slider::new(&mut factor, 0.0..=8.0).text("light-intensity"));
+        let response = response.on_hover_text(tips.of("light-intensity"));
+        if response.changed() {
+            surface.light.light_intensity = Some(factor);
+        }
+        done |= lets_go(&response);
+    });
+    done
+}
+
+/// The camera's place, what it looks at, and how wide.
+fn camera(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, actions: &mut Vec<Action>) {
+    let CameraArgs { eye, target, fov_y } = facts.camera;
+    let (mut eye, mut target) = (eye.unwrap_or_default(), target.unwrap_or_default());
+    let reach = (0..3).map(|k| (eye[k] - target[k]).abs()).fold(1e-3, f64::max);
+    let mut changed = false;
+    for (flag, point) in [("eye", &mut eye), ("target", &mut target)] {
+        ui.horizontal(|ui| {
+            for value in point {
+                changed |= ui.add(DragValue::new(value).speed(0.005 * reach).max_decimals(3)).changed();
+            }
+            ui.label(flag).on_hover_text(tips.of(flag));
+        });
+    }
+    let mut fov_y = fov_y;
+    if let Some(degrees) = &mut fov_y {
+        let slider = Slider::new(degrees, 1.0..=150.0).text("fov-y").suffix("°");
+        changed |= ui.add(slider).on_hover_text(tips.of("fov-y")).changed();
+    }
+    if changed {
+        actions.push(Action::Camera(CameraArgs { eye: Some(eye), target: Some(target), fov_y }));
+    }
+    if ui.button("reset camera").on_hover_text("Goes back to the sample's own camera.").clicked() {
+        actions.push(Action::ResetCamera);
     }
 }
 
-fn shading(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
+fn shading(ui: &mut Ui, now: &mut Settings, facts: &Facts<'_>, tips: &Tips) {
     let base_only = now.resolved_shell() == Shell::Off;
     let traced_base = base_only && now.march.traces();
     ui.add_enabled_ui(traced_base, |ui| {
@@ -213,6 +308,14 @@ fn shading(ui: &mut Ui, now: &mut Settings, tips: &Tips) {
         number(ui, "cascades", &mut now.cascades, 1..=6, tips);
     });
     ui.add_enabled_ui(now.march != March::None, |ui| tick(ui, "ambient-occlusion", &mut now.ambient_occlusion, tips));
+    let occludes = facts.sun.is_some() && (now.ambient_occlusion || facts.occluded);
+    ui.add_enabled_ui(occludes, |ui| {
+        let slider = Slider::new(&mut now.occlusion_light, 0.0..=1.0).text("occlusion-light");
+        ui.add(slider).on_hover_text(tips.of("occlusion-light"));
+    });
+    if !occludes {
+        now.occlusion_light = 0.0;
+    }
     let mut four = now.msaa == 4;
     ui.checkbox(&mut four, "msaa 4").on_hover_text(tips.of("msaa"));
     now.msaa = if four { 4 } else { 1 };

@@ -14,7 +14,8 @@ use prism_engine::{
 };
 use winit::{event::WindowEvent, window::Window};
 
-use crate::app::{surface::SurfaceArgs, timings::FrameRow};
+use super::probed::{self, Done};
+use crate::app::{cli::CameraArgs, probe::sketch::Sketch, surface::SurfaceArgs, timings::FrameRow};
 use cost::Cost;
 use tips::Tips;
 
@@ -31,6 +32,8 @@ pub struct Facts<'a> {
     pub settings: &'a Settings,
     /// What the scene can be drawn with.
     pub marches: &'a [March],
+    /// Whether it may be shown otherwise than shaded.
+    pub views: bool,
     /// In force.
     pub surface: &'a SurfaceArgs,
     /// The displaced materials' own scale and midlevel, where there is one.
@@ -39,10 +42,20 @@ pub struct Facts<'a> {
     pub device: &'a str,
     /// The last frame that was measured.
     pub latest: Option<&'a FrameRow>,
+    /// Of a comparison: the line's column, and the second picture's GPU time in milliseconds once it is known.
+    pub split: Option<(u32, Option<f64>)>,
+    /// The ray of the pixel that was clicked.
+    pub probed: Option<&'a Sketch>,
     /// Live allocations.
     pub memory: &'a [(String, u64)],
+    /// Degrees of the sun, where a light is one; see [`crate::app::light::LightArgs::sun`].
+    pub sun: Option<[f32; 2]>,
+    /// Whether the lights are the scene's own: a sample may move them.
+    pub lights_fixed: bool,
+    /// Whether a texture says what is occluded.
+    pub occluded: bool,
     /// Where the camera is.
-    pub eye: [f64; 3],
+    pub camera: CameraArgs,
 }
 
 /// What the user did in the panel.
@@ -56,6 +69,14 @@ pub enum Action {
     Scene(usize),
     /// The sample's own camera.
     ResetCamera,
+    /// This camera.
+    Camera(CameraArgs),
+    /// A second picture with the settings in force beside the first, or no more.
+    Compare(bool),
+    /// Exchanges the two's settings.
+    Swap,
+    /// The drawing of a pixel's ray into a file, or put away.
+    Probe(Done),
     /// A picture of what is seen.
     Screenshot,
     /// The `prism` call of what is seen, to the clipboard.
@@ -85,6 +106,10 @@ pub struct Panel {
     open: bool,
     /// Why the shaders on disk are not those in use; shown whether the panel is open or not.
     fault: Option<String>,
+    /// Whether a probe's drawing is there to be clicked on.
+    asks: bool,
+    /// What the user waits for; shown like a fault.
+    note: Option<String>,
     /// What the last action came to.
     status: String,
     /// Values under the pointer that are taken over once it lets go: each means reading scenes again.
@@ -108,6 +133,8 @@ impl Panel {
             cost: Cost::default(),
             open: f64::from(window.inner_size().width) >= ROOMY * scale,
             fault: None,
+            note: None,
+            asks: false,
             status: String::new(),
             surface: SurfaceArgs::default(),
         })
@@ -118,9 +145,14 @@ impl Panel {
         self.open
     }
 
-    /// Whether it, or a shader's fault, is to be seen.
+    /// Whether it, a shader's fault, or what is waited for is to be seen.
     pub fn shows(&self) -> bool {
-        self.open || self.fault.is_some()
+        self.open || self.fault.is_some() || self.note.is_some()
+    }
+
+    /// Shows what the user waits for, or no more.
+    pub fn set_note(&mut self, note: Option<String>) {
+        self.note = note;
     }
 
     /// Shows it, or puts it away.
@@ -140,6 +172,11 @@ impl Panel {
         self.status = status.to_string();
     }
 
+    /// Wants one more frame.
+    pub fn repaint(&self) {
+        self.egui.request_repaint();
+    }
+
     /// Puts text on the clipboard.
     pub fn copy(&mut self, text: String) {
         self.input.set_clipboard_text(text);
@@ -147,16 +184,21 @@ impl Panel {
 
     /// Lets the panel see an event first. Whether it was for the panel alone, and whether a new frame is due.
     pub fn take(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
-        if !self.open && !matches!(event, WindowEvent::ScaleFactorChanged { .. }) {
+        if !self.open && !self.asks && !matches!(event, WindowEvent::ScaleFactorChanged { .. }) {
             return (false, false);
         }
         let response = self.input.on_window_event(window, event);
         (response.consumed, response.repaint && !matches!(event, WindowEvent::RedrawRequested))
     }
 
+    fn wanted(&self, facts: &Facts<'_>) -> bool {
+        self.shows() || facts.split.is_some() || facts.probed.is_some()
+    }
+
     /// Lays it out; nothing where it is closed.
     pub fn lay_out(&mut self, window: &Arc<Window>, facts: &Facts<'_>) -> Result<Option<Laid>> {
-        if !self.open && self.fault.is_none() {
+        self.asks = facts.probed.is_some();
+        if !self.wanted(facts) {
             return Ok(None);
         }
         self.cost.add(facts.latest);
@@ -167,6 +209,18 @@ impl Panel {
             if let Some(fault) = &self.fault {
                 Side::bottom("fault")
                     .show(ui, |ui| ui.colored_label(Color32::LIGHT_RED, RichText::new(fault).monospace()));
+            }
+            if let Some(sketch) = facts.probed {
+                match probed::show(ui, sketch) {
+                    Done::Nothing => {}
+                    done => actions.push(Action::Probe(done)),
+                }
+            }
+            if let Some((column, second)) = facts.split {
+                line(ui, column, [facts.latest.and_then(FrameRow::gpu_ms), second]);
+            }
+            if let Some(note) = &self.note {
+                Side::bottom("note").show(ui, |ui| ui.label(note));
             }
             if !self.open {
                 return;
@@ -196,5 +250,23 @@ impl Panel {
     /// Draws it over `target`, at [`prism_engine::gpu::Access::COLOR_WRITE`].
     pub fn record(&mut self, cmd: &mut CommandEncoder, target: &Image, laid: &Laid) -> Result<()> {
         self.overlay.record(cmd, target, laid.pixels_per_point, &laid.primitives)
+    }
+}
+
+/// The line between two pictures, and the GPU time of each beside it.
+fn line(ui: &egui::Ui, column: u32, times: [Option<f64>; 2]) {
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let area = ui.ctx().content_rect();
+    let x = column as f32 / ui.ctx().pixels_per_point();
+    painter.vline(x, area.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
+    let sides = [(egui::Align2::RIGHT_TOP, -8.0, "A"), (egui::Align2::LEFT_TOP, 8.0, "B")];
+    for ((align, aside, name), time) in sides.into_iter().zip(times) {
+        let text = time.map_or_else(|| name.to_owned(), |ms| format!("{name} {ms:.2} ms"));
+        let at = egui::pos2(x + aside, area.top() + 6.0);
+        let font = egui::FontId::proportional(14.0);
+        let shown = painter.layout_no_wrap(text, font, Color32::WHITE);
+        let place = align.anchor_size(at, shown.size());
+        painter.rect_filled(place.expand(3.0), 2.0, Color32::from_black_alpha(170));
+        painter.galley(place.min, shown, Color32::WHITE);
     }
 }
