@@ -92,7 +92,7 @@ pub fn show(ui: &Ui, sketch: &Sketch) -> Done {
         });
         egui::Grid::new("marches").striped(true).show(ui, |ui| {
             for march in &sketch.marches {
-                ui.colored_label(hex(march.colour), format!("● {}", march.name));
+                ui.colored_label(hex(march.colour), march.name);
                 ui.label(&march.verdict);
                 ui.end_row();
             }
