@@ -185,17 +185,17 @@ fn specular_is_what_the_file_or_the_flag_says() {
         .map(|extension| scene(GREY, 1.0, None, extension));
     for way in ["--shell prism", "--shell off --march pom"] {
         let colors = |scene, flags: &str| frame(scene, &format!("{way} {flags}")).aov().color;
-        let same = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let differing = |a: &[[f32; 3]], b: &[[f32; 3]]| {
             a.iter().flatten().zip(b.iter().flatten()).filter(|(a, b)| (*a - *b).abs() > 1e-6).count()
         };
         let (shown, dull) = (colors(&plain, ""), colors(&plain, "--specular 0"));
-        let changed = same(&shown, &dull);
+        let changed = differing(&shown, &dull);
         assert!(changed > 1000, "{way}: {changed} values changed");
-        assert_eq!(same(&dull, &colors(&matt, "")), 0, "{way}: the flag and the factor");
+        assert_eq!(differing(&dull, &colors(&matt, "")), 0, "{way}: the flag and the factor");
         let dark = colors(&black, "");
         assert!(dark.iter().flatten().all(|value| *value == 0.0), "{way}: black that reflects nothing is lit");
         let (mapped, factors) = (colors(&mapped, ""), colors(&factors, ""));
-        assert_eq!(same(&mapped, &factors), 0, "{way}: the textures and the factors");
+        assert_eq!(differing(&mapped, &factors), 0, "{way}: the textures and the factors");
         // Of the colour (8, 0, 2) nothing is reflected in green at normal incidence, and more in red than in blue; the
         // few pixels that only the sky lights have its colour.
         let right = factors.iter().filter(|[r, g, b]| r > b && b > g).count();

@@ -385,7 +385,7 @@ fn sweep(rig: &Rig, names: &[&str]) -> [Vec<String>; 2] {
             let settings = mapped(Shell::Walk, Stage::Mesh, size, 1);
             let c = truth.compare(&rig.easel(&scene, &settings, EXTENT).draw(&camera), texel);
             let falls = c.wrong <= last - last / 4 || 1000 * c.wrong <= 3 * c.seen;
-            let met = c.seen > 2000 && falls && c.leaks == 0 && 1000 * c.acne <= c.seen;
+            let met = c.seen >= 3000 && falls && c.leaks == 0 && 1000 * c.acne <= c.seen;
             let verdict = if met { "met" } else { "**MISSED**" };
             let Compared { seen, wrong, leaks, acne } = c;
             let row = format!("| {name} | {size} | {texel:.5} | {seen} | {wrong} | {leaks} | {acne} | {verdict} |");

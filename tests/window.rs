@@ -165,6 +165,12 @@ fn wait<T>(what: &str, process: &mut Running, mut ask: impl FnMut() -> Option<T>
     }
 }
 
+/// Waits until a window's title has a part.
+#[track_caller]
+fn titled(user: &User, window: Window, process: &mut Running, part: &str) {
+    wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
+}
+
 /// Keys go to whichever window has the focus, so one test at a time has the keyboard.
 fn keyboard() -> MutexGuard<'static, ()> {
     static KEYBOARD: Mutex<()> = Mutex::new(());
@@ -244,27 +250,24 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     }
 
     user.focus(window);
-    let title = |part: &str, process: &mut Running| {
-        wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
-    };
-    title("shell walk", &mut process);
+    titled(&user, window, &mut process, "shell walk");
     user.press('h'.into());
-    title("shell off", &mut process);
+    titled(&user, window, &mut process, "shell off");
     shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--shell off --march exact"));
     user.press('h'.into());
-    title("shell walk", &mut process);
-    title("march exact", &mut process);
+    titled(&user, window, &mut process, "shell walk");
+    titled(&user, window, &mut process, "march exact");
     user.press('m'.into());
-    title("march steep", &mut process);
-    title("stage auto", &mut process);
+    titled(&user, window, &mut process, "march steep");
+    titled(&user, window, &mut process, "stage auto");
     user.press('s'.into());
-    title("stage mesh", &mut process);
+    titled(&user, window, &mut process, "stage mesh");
     user.press('s'.into());
-    title("stage geometry", &mut process);
+    titled(&user, window, &mut process, "stage geometry");
     shows(&user, window, &mut process, &headless("prism_shell", [320, 240], "--march steep --stage geometry"));
 
     user.press('h'.into());
-    title("shell off", &mut process);
+    titled(&user, window, &mut process, "shell off");
     for (key, part) in [
         ('d', "dither"),
         ('l', "self-shadow hard"),
@@ -274,7 +277,7 @@ fn a_sample_is_shown_resized_switched_and_closed() {
         ('g', "normals 4-tap"),
     ] {
         user.press(key.into());
-        title(part, &mut process);
+        titled(&user, window, &mut process, part);
     }
     let flags = "--shell off --march steep --dither on --self-shadow hard --shadow-map on --ambient-occlusion on \
                  --silhouette uv-bounds --normals 4-tap";
@@ -290,22 +293,19 @@ fn a_walk_shows_each_scene_beside_its_reference() {
     let user = User::connect();
     let mut process = open("stability", "--scene stability_inside");
     let window = user.window_of(&mut process);
-    let title = |part: &str, process: &mut Running| {
-        wait(&format!("'{part}' in the title"), process, || user.title(window).contains(part).then_some(()));
-    };
     let expected = |scene: &str, flags: &str| headless("stability", [320, 240], &format!("--scene {scene} {flags}"));
     shows(&user, window, &mut process, &expected("stability_inside", ""));
-    title("stability_inside: ", &mut process);
+    titled(&user, window, &mut process, "stability_inside: ");
 
     // After the last scene comes the first.
     user.focus(window);
     for (key, scene) in [('n', "torus"), ('n', "suzanne"), ('b', "torus")] {
         user.press(key.into());
-        title(&format!("stability · {scene} · "), &mut process);
+        titled(&user, window, &mut process, &format!("stability · {scene} · "));
         shows(&user, window, &mut process, &expected(scene, ""));
     }
     user.press('h'.into());
-    title("shell off", &mut process);
+    titled(&user, window, &mut process, "shell off");
     shows(&user, window, &mut process, &expected("torus", "--shell off --march exact"));
 
     user.press(ESCAPE);
@@ -472,7 +472,7 @@ fn the_panel_is_drawn_and_clicked() {
     click_until(&user, window, &mut process, save, || saved.exists());
     user.focus(window);
     user.press('m'.into());
-    wait("another march", &mut process, || user.title(window).contains("march normal").then_some(()));
+    titled(&user, window, &mut process, "march normal");
     click_until(&user, window, &mut process, load, || user.title(window).contains("march none"));
     user.focus(window);
     user.press('u'.into());
@@ -553,7 +553,7 @@ fn renderdoc_takes_a_frame_where_it_is_loaded() {
         // Keys come in their order: once the view has changed, the first one has been seen to.
         user.press('f'.into());
         user.press('9'.into());
-        wait("the view", &mut process, || user.title(window).contains("view height").then_some(()));
+        titled(&user, window, &mut process, "view height");
         user.press(ESCAPE);
         let outcome = process.wait();
         let told = if loaded { "RenderDoc takes the next frame" } else { "RenderDoc is not there" };
@@ -591,9 +591,7 @@ fn a_view_is_chosen_by_its_key_and_the_error_comes_when_it_is_known() {
     user.press('4'.into());
     for (key, view) in [('8', "uv"), ('v', "height"), ('e', "error"), ('2', "base")] {
         user.press(key.into());
-        wait(&format!("view {view}"), &mut process, || {
-            user.title(window).contains(&format!("view {view}")).then_some(())
-        });
+        titled(&user, window, &mut process, &format!("view {view}"));
         shows(&user, window, &mut process, &headless("viewer", [320, 240], &format!("{flags} --view {view}")));
     }
     user.press('1'.into());

@@ -25,10 +25,12 @@ PRISM_ASSETS names the assets' folder; PRISM_LOG=debug shows the engine's log.";
 
 const RUN_AFTER_HELP: &str = "\
 Keys in the window: U or F1 shows the panel (open where the window is 900 pixels wide) or puts it away, S stage, \
-H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them, E the error, K compares two settings (those of then on the right of a line that the mouse drags), X anti-aliasing, D dithered start, L self-shadow, W shadow maps, A ambient occlusion, \
-without a shell C clipped outline and G normals, Space pauses the sample's time, R resets the camera, \
-N and B show the next and the last scene of a sample of several, \
-F11 or F lets RenderDoc take the next frame where it is loaded, F12 or P saves a screenshot in the current folder, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
+H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them, E the error, K compares two settings \
+(those of then on the right of a line that the mouse drags), X anti-aliasing, D dithered start, L self-shadow, \
+W shadow maps, A ambient occlusion, without a shell C clipped outline and G normals, Space pauses the sample's time, \
+R resets the camera, N and B show the next and the last scene of a sample of several, \
+F11 or F lets RenderDoc take the next frame where it is loaded, F12 or P saves a screenshot in the current folder, \
+Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 const BAKE_AFTER_HELP: &str = "\

@@ -1,16 +1,15 @@
 //! `--view error`: a frame's depth error against the f64 reference as a heat map.
 
 use prism_engine::{
-    error::{Error, Result},
+    error::Result,
     measure::Metrics,
-    scene::Scene,
     shell::reference::{Reference, Shadows},
 };
 
 use super::{
     heat,
     picture::Picture,
-    sample::{Exhibit, Moment, Shot},
+    sample::{Exhibit, Shot},
 };
 
 /// The frame, judged.
@@ -36,22 +35,4 @@ impl Exhibit for ErrorMap {
         );
         (picture, figures)
     }
-}
-
-/// The scene as it stands at a moment.
-///
-/// # Errors
-/// `Usage` where a mesh has changed shape: that is known on the GPU only.
-pub fn moved(scene: &Scene, moment: &Moment) -> Result<Scene> {
-    if !moment.poses.is_empty() {
-        return Err(Error::Usage(
-            "the mesh changes shape on the GPU, and the reference knows it at rest only: no --view error, no probe"
-                .into(),
-        ));
-    }
-    let mut scene = scene.clone();
-    for &(instance, transform) in &moment.transforms {
-        scene.instances[instance].transform = transform;
-    }
-    Ok(scene)
 }

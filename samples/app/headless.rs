@@ -18,7 +18,7 @@ use super::{
     animation::Animation,
     console,
     drawing::{self, Drawing},
-    error_map::{self, ErrorMap},
+    error_map::ErrorMap,
     exr,
     job::Job,
     load::{self, Loaded},
@@ -118,7 +118,7 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
             }
             let Loaded { name, scene, .. } = drawing.loaded();
             let camera = &moment.pose.camera;
-            let scene = if judged { Arc::new(error_map::moved(scene, &moment)?) } else { scene.clone() };
+            let scene = if judged { Arc::new(moment.placed(scene)?) } else { scene.clone() };
             let done = &AtomicUsize::new(0);
             let shot = Shot { name, scene: &scene, camera, frame: &frame, aov: &aov, variants: &variants, done };
             let (picture, figures) = exhibit.compose(&shot, job.size());

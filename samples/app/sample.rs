@@ -8,7 +8,7 @@ use std::{
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use prism_engine::{
     aov::Aov,
-    error::Result,
+    error::{Error, Result},
     scene::{Camera, Light, Scene},
     settings::{Settings, Validation},
 };
@@ -182,6 +182,24 @@ impl Moment {
     /// The same things, from another place.
     pub fn seen_from(&self, pose: Pose) -> Moment {
         Moment { pose, ..self.clone() }
+    }
+
+    /// The scene as it stands then, for those who trace it on the CPU.
+    ///
+    /// # Errors
+    /// `Usage` where a mesh has changed shape: that is known on the GPU only.
+    pub fn placed(&self, scene: &Scene) -> Result<Scene> {
+        if !self.poses.is_empty() {
+            return Err(Error::Usage(
+                "the mesh changes shape on the GPU, and the reference knows it at rest only: no --view error, no probe"
+                    .into(),
+            ));
+        }
+        let mut scene = scene.clone();
+        for &(instance, transform) in &self.transforms {
+            scene.instances[instance].transform = transform;
+        }
+        Ok(scene)
     }
 }
 

@@ -67,14 +67,9 @@ void main() {
 #endif
     if (!hit.hit || hit.depth > frame.lens.w) {
         count_reads();
-#if defined(VIEW_LIMITS) && !defined(AOV)
-        // What it may have missed is shown over all.
-        if (limits_reached > 0u) {
-            out_color = vec4(1.0, 0.0, 0.0, 1.0);
-            gl_FragDepth = gl_FragCoord.z;
+        if (write_missed()) {
             return;
         }
-#endif
         discard;
     }
 #ifdef VIEW_PRISMS

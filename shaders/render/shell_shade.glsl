@@ -217,6 +217,19 @@ Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, ve
     return shaded;
 }
 
+// Whether a ray without a hit is shown all the same: where a view tells the loops that gave up, what it may have missed
+// lies over all.
+bool write_missed() {
+#if defined(VIEW_LIMITS) && !defined(AOV)
+    if (limits_reached > 0u) {
+        out_color = vec4(1.0, 0.0, 0.0, 1.0);
+        gl_FragDepth = gl_FragCoord.z;
+        return true;
+    }
+#endif
+    return false;
+}
+
 void write_shaded(Shaded shaded, ShellHit hit, float height) {
     gl_FragDepth = buffer_depth(hit.depth);
 #ifndef DEPTH_ONLY

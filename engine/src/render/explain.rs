@@ -246,8 +246,10 @@ fn frame(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<PassFact> {
             if pass.round > 0 {
                 facts.push(PassFact { name: depth_tiles::PASS, draws: Vec::new() });
             }
-            facts.push(PassFact { name: pass.culling(), draws: of(|draw| draw.cull) });
-            facts.retain(|fact| fact.name == depth_tiles::PASS || !fact.draws.is_empty());
+            let culling = of(|draw| draw.cull);
+            if !culling.is_empty() {
+                facts.push(PassFact { name: pass.culling(), draws: culling });
+            }
             facts.push(PassFact { name: pass.name, draws: of(drawn) });
             facts
         };

@@ -175,11 +175,11 @@ pub struct Renderer {
     /// Of the meshes that change shape.
     deformers: Vec<Deformer>,
     /// Set 1 of each draw.
-    sets: Vec<Option<DescriptorSet>>,
+    sets: Vec<DescriptorSet>,
     /// The same of those whose depth comes first.
     depth_sets: Vec<Option<DescriptorSet>>,
     /// Set 1 of each of [`Plan::aov_draws`].
-    aov_sets: Vec<Option<DescriptorSet>>,
+    aov_sets: Vec<DescriptorSet>,
     slots: Vec<Slot>,
     /// By draw, where prisms are culled.
     culled: Vec<Option<Culled>>,
@@ -366,11 +366,12 @@ impl Renderer {
             };
             draws.iter().zip(&culled).map(set).collect::<Result<Vec<_>>>()
         };
-        let own = |draw: &Draw| Some(draw.variant);
-        let sets = sets_of(&plan.draws, own)?;
+        // Every draw has one of its own.
+        let own = |draws| Ok(sets_of(draws, |draw| Some(draw.variant))?.into_iter().flatten().collect());
+        let sets = own(&plan.draws)?;
         let depth_sets = sets_of(&plan.draws, |draw| draw.depth)?;
         let cull_sets = sets_of(&plan.draws, |draw| draw.cull)?;
-        let aov_sets = sets_of(&plan.aov_draws, own)?;
+        let aov_sets = own(&plan.aov_draws)?;
         let shadow_maps = plan
             .shadow_maps
             .as_ref()
@@ -530,7 +531,7 @@ impl Renderer {
                         timers.end(cmd);
                     }
                 }
-                let shown = |index: &&usize| draws[**index].span == spans[**index];
+                let shown = |i: &&usize| draws[**i].variant.cull.is_some() && draws[**i].span == spans[**i];
                 let fresh: Vec<_> =
                     pass.draws.iter().filter(shown).copied().filter(|i| tested.insert((*i, pass.round))).collect();
                 if pass.draws.iter().any(|index| draws[*index].cull.is_some()) {
@@ -577,7 +578,7 @@ impl Renderer {
                     }
                     let (variant, set) = match (&draw.depth, self.depth_sets.get(index)) {
                         (Some(depth), Some(Some(set))) if !pass.shades => (depth, set),
-                        _ => (&draw.variant, sets[index].as_ref().expect("every draw has one")),
+                        _ => (&draw.variant, &sets[index]),
                     };
                     let sets = [self.slots[slot].set(variant), set];
                     let counted = u32::from(fresh.contains(&index));

@@ -38,7 +38,7 @@ use crate::app::{
     cli::CameraArgs,
     console,
     drawing::{self, Drawing},
-    error_map::{self, ErrorMap},
+    error_map::ErrorMap,
     job::Job,
     light,
     load::{self, Loaded},
@@ -215,7 +215,7 @@ impl<'a> Shown<'a> {
         self.panel.set_note(progress.map(|share| format!("reference: {:.0} % of its rays", 100.0 * share)));
         let laid = self.lay_out()?;
         // Of a still picture too: what a frame costs is known some frames later.
-        let unmeasured = (self.panel.is_open() || self.split.is_some()) && self.drawing.latest().is_none();
+        let unmeasured = self.measures() && self.drawing.latest().is_none();
         let unmeasured = unmeasured || self.split.as_ref().is_some_and(|split| split.gpu_ms().is_none());
         let mut frame = self.frames.begin()?;
         let Some(target) = self.swapchain.acquire(&frame, self.size)? else {
@@ -299,7 +299,7 @@ impl<'a> Shown<'a> {
             Wish::Panel => {
                 self.frames.wait()?;
                 self.panel.toggle();
-                self.drawing.measure(self.panel.is_open() || self.split.is_some())?;
+                self.drawing.measure(self.measures())?;
             }
             Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
             Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
@@ -611,7 +611,7 @@ impl<'a> Shown<'a> {
     fn switch_drawing(&mut self, settings: &Settings) -> Result<()> {
         if settings.view == View::Error {
             let moment = self.moment(self.clock.time());
-            error_map::moved(&self.drawing.loaded().scene, &moment)?;
+            moment.placed(&self.drawing.loaded().scene)?;
             // It shows one moment.
             if self.moves() {
                 self.clock.toggle_pause();
@@ -627,7 +627,7 @@ impl<'a> Shown<'a> {
         self.probed.close();
         let moment = self.moment(self.clock.time());
         let loaded = self.drawing.loaded();
-        let scene = match error_map::moved(&loaded.scene, &moment) {
+        let scene = match moment.placed(&loaded.scene) {
             Ok(scene) => Arc::new(scene),
             Err(error) => return self.tell(error),
         };
@@ -643,6 +643,11 @@ impl<'a> Shown<'a> {
         console::notice(text);
     }
 
+    /// Whether GPU times are to be seen.
+    fn measures(&self) -> bool {
+        self.panel.is_open() || self.split.is_some()
+    }
+
     /// Shows a second picture beside the first, or no more.
     fn compare(&mut self, on: bool) -> Result<()> {
         self.frames.wait()?;
@@ -651,7 +656,7 @@ impl<'a> Shown<'a> {
             Ok(split) => self.split = split,
             Err(error) => self.panel.tell(error),
         }
-        self.drawing.measure(self.panel.is_open() || self.split.is_some())
+        self.drawing.measure(self.measures())
     }
 
     /// The second picture is of the same scene as the first.
@@ -701,7 +706,7 @@ impl<'a> Shown<'a> {
         }
         let mut scene = self.drawing.loaded().scene.clone();
         if settings.view == View::Error {
-            scene = Arc::new(error_map::moved(&scene, moment)?);
+            scene = Arc::new(moment.placed(&scene)?);
         }
         if let Some(gallery) = &mut self.gallery {
             gallery.begin(
