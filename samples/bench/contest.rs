@@ -166,6 +166,10 @@ fn longest_edge(of: &mut impl FnMut(f32) -> Result<Judged>, error: f64) -> Resul
         if longer.metrics.depth_p99 > error {
             break;
         }
+        if longer.metrics == best.metrics {
+            // All of the base mesh's edges are shorter: nothing is diced any more.
+            return Ok(Some(best));
+        }
         (edge, best) = (2.0 * edge, longer);
     }
     let mut factor = 2f32;

@@ -117,7 +117,9 @@ impl Section {
                 if part.id == "front" { format!("front-{}", word(&part.stands[0].scene)) } else { part.id.to_owned() };
             let flip = format!("{file}-flip");
             plots.push((file, plot::front(&points, plot::Judged::Depth)?));
-            plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
+            if points.iter().any(|point| point.flip.is_some()) {
+                plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
+            }
         }
         let timed: Vec<usize> = points.iter().map(|point| point.timing.times.len()).collect();
         let least = timed.iter().copied().min().unwrap_or(0);

@@ -5,7 +5,7 @@ use plotters::{
     coord::{
         Shift,
         cartesian::Cartesian2d,
-        combinators::IntoLogRange,
+        combinators::{BindKeyPoints, IntoLogRange},
         ranged1d::{AsRangedCoord, Ranged, ValueFormatter},
     },
     element::DashedPathElement,
@@ -51,12 +51,21 @@ struct Place {
     outliers: Vec<[f64; 2]>,
 }
 
+impl Place {
+    /// Its x (0) or y (1), and how far that spreads.
+    fn reach(&self, k: usize) -> [f64; 3] {
+        [self.at[k], self.quartiles[0][k], self.quartiles[1][k]]
+    }
+}
+
 /// Axes of a plot.
 struct Axes<'a> {
     x: &'a str,
     y: &'a str,
     /// Steps through these places, dashed.
     front: Vec<[f64; 2]>,
+    /// Where x has a label, if it is logarithmic.
+    ticks: Vec<f64>,
 }
 
 fn failed(cause: impl std::fmt::Display) -> Error {
@@ -64,7 +73,7 @@ fn failed(cause: impl std::fmt::Display) -> Error {
 }
 
 /// The error of a front.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub enum Judged {
     /// 99th percentile of the depth error.
     Depth,
@@ -76,22 +85,28 @@ pub enum Judged {
 pub fn front(points: &[&Point], judged: Judged) -> Result<String> {
     let place = |point: &Point| {
         let [ms, depth] = point.place();
-        [ms, if judged == Judged::Depth { depth.max(LEAST_ERROR) } else { point.flip.max(LEAST_FLIP) }]
+        let error = match judged {
+            Judged::Depth => depth.max(LEAST_ERROR),
+            Judged::Flip => point.flip?.max(LEAST_FLIP),
+        };
+        Some([ms, error])
     };
     let curves = curves(points, |point| {
-        let [ms, error] = place(point);
+        let [ms, error] = place(point)?;
         let spread = point.timing.spread();
         let [low, high] = spread.map_or([ms; 2], |spread| [spread.low, spread.high]);
         let outliers = point.timing.outliers().into_iter().map(|ms| [ms, error]).collect();
         Some(Place { at: [ms, error], quartiles: [[low, error], [high, error]], outliers })
     });
-    let places: Vec<[f64; 2]> = points.iter().map(|point| place(point)).collect();
+    let places: Vec<[f64; 2]> = points.iter().filter_map(|point| place(point)).collect();
     let front = fit::pareto(&places).into_iter().map(|i| places[i]).collect();
     let y = match judged {
         Judged::Depth => "depth error, 99th percentile (pixel footprints)",
         Judged::Flip => "mean FLIP of the picture",
     };
-    plot(&Axes { x: "GPU time of a frame (ms)", y, front }, &curves, true)
+    let times = near(curves.iter().flat_map(|curve| &curve.places).flat_map(|place| place.reach(0)));
+    let ticks = round_numbers(&times);
+    plot(&Axes { x: "GPU time of a frame (ms)", y, front, ticks }, &curves, true)
 }
 
 /// Something against what a part varies: a curve a technique.
@@ -106,7 +121,11 @@ pub fn sweep(points: &[&Point], x: &str, y: &str, value: impl Fn(&Point) -> f64,
     });
     // Where it starts at nothing a logarithm has no place for it.
     let logarithmic = points.iter().filter_map(|point| point.x).all(|x| x > 0.0);
-    plot(&Axes { x, y, front: Vec::new() }, &curves, logarithmic)
+    // What was measured, and no other.
+    let mut ticks: Vec<f64> = points.iter().filter_map(|point| point.x).collect();
+    ticks.sort_by(f64::total_cmp);
+    ticks.dedup();
+    plot(&Axes { x, y, front: Vec::new(), ticks }, &curves, logarithmic)
 }
 
 fn curves(points: &[&Point], place: impl Fn(&Point) -> Option<Place>) -> Vec<Curve> {
@@ -160,6 +179,27 @@ fn near(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     if low > high { 0.1..1.0 } else { low / 1.4..high * 1.4 }
 }
 
+/// All digits.
+const DIGITS: &[f64] = &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+
+/// Labels of a logarithmic axis: powers of ten, and the fewer of them there are, the more of their multiples.
+fn round_numbers(range: &std::ops::Range<f64>) -> Vec<f64> {
+    let steps = match range.end / range.start {
+        wide if wide > 300.0 => &DIGITS[..1],
+        some if some > 8.0 => &[1.0, 2.0, 5.0],
+        _ => DIGITS,
+    };
+    multiples(range, steps)
+}
+
+/// So many times each power of ten, within a range.
+fn multiples(range: &std::ops::Range<f64>, steps: &[f64]) -> Vec<f64> {
+    let [first, last] = [range.start, range.end].map(|v| v.log10().floor() as i32);
+    let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)));
+    // Its ends are in it, however they are rounded.
+    all.filter(|value| (0.999 * range.start..=1.001 * range.end).contains(value)).collect()
+}
+
 fn plot(axes: &Axes<'_>, curves: &[Curve], logarithmic: bool) -> Result<String> {
     let mut svg = String::new();
     {
@@ -167,10 +207,15 @@ fn plot(axes: &Axes<'_>, curves: &[Curve], logarithmic: bool) -> Result<String> 
         root.fill(&WHITE).map_err(failed)?;
         let (left, right) = root.split_horizontally(SIZE.0 - LEGEND);
         let all = || curves.iter().flat_map(|curve| &curve.places);
-        let reach = |k: usize| all().flat_map(move |p| [p.at[k], p.quartiles[0][k], p.quartiles[1][k]]);
-        let y = decades(reach(1)).log_scale();
+        let reach = |k: usize| all().flat_map(move |p| p.reach(k));
+        let y = decades(reach(1));
+        let (bold, fine) = (round_numbers(&y), multiples(&y, DIGITS));
+        let y = y.log_scale().with_key_points(bold).with_light_points(fine);
         if logarithmic {
-            chart(&left, axes, curves, near(reach(0)).log_scale(), y)?;
+            let x = near(reach(0));
+            let fine = multiples(&x, DIGITS);
+            let x = x.log_scale().with_key_points(axes.ticks.clone()).with_light_points(fine);
+            chart(&left, axes, curves, x, y)?;
         } else {
             let most = reach(0).fold(0.0, f64::max);
             chart(&left, axes, curves, -0.02 * most..1.04 * most, y)?;
@@ -278,7 +323,8 @@ fn tick(value: f64) -> String {
     if value == 0.0 || (0.01..10_000.0).contains(&value.abs()) {
         format!("{}", (value * 1000.0).round() / 1000.0)
     } else {
-        format!("1e{}", value.abs().log10().round())
+        let power = (value.abs().log10() + 0.01).floor();
+        format!("{}e{power}", (value / 10f64.powf(power) * 10.0).round() / 10.0)
     }
 }
 

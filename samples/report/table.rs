@@ -81,7 +81,7 @@ fn fields(point: &Point) -> Vec<String> {
         number(m.normal_p50),
         number(m.normal_p99),
         number(m.shadow_wrong),
-        number(point.flip),
+        maybe(point.flip),
         maybe(point.flicker),
         number(timing.least()),
         maybe(spread.map(|s| s.low)),
@@ -190,7 +190,7 @@ pub const FOR_PEOPLE: &[Column] = &[
         meaning: "pixels lit in one and dark in the other",
         cell: |p| (p.part == "shadow").then(|| percent(p.metrics.shadow_wrong)),
     },
-    Column { head: "FLIP", meaning: "mean FLIP of the shaded picture, 0 to 1", cell: |p| Some(short(p.flip)) },
+    Column { head: "FLIP", meaning: "mean FLIP of the shaded picture, 0 to 1", cell: |p| p.flip.map(short) },
     Column {
         head: "flicker",
         meaning: "99th percentile of what the depth error of a point changes by, footprints",

@@ -137,7 +137,12 @@ impl Device {
     /// One frame and its surface data.
     pub fn shot(&mut self, scene: &Scene, settings: &Settings, view: &View) -> Result<Drawn> {
         let mut renderer = self.measuring(scene, settings)?;
-        let slot = self.draw(&mut renderer, view, false)?;
+        self.shot_by(&mut renderer, view)
+    }
+
+    /// The same by a renderer for surface data.
+    pub fn shot_by(&mut self, renderer: &mut Renderer, view: &View) -> Result<Drawn> {
+        let slot = self.draw(renderer, view, false)?;
         Ok(Drawn {
             picture: self.targets[&view.size].read()?,
             surface: renderer.read_aov()?,

@@ -100,8 +100,13 @@ impl Rounds {
         }
         let renderer =
             if self.writes_surface { device.measuring(scene, settings)? } else { device.renderer(scene, settings)? };
+        Ok(self.enter(name, renderer, view))
+    }
+
+    /// Lets a renderer take part that was made before, and returns its place.
+    pub fn enter(&mut self, name: &str, renderer: Renderer, view: &View) -> usize {
         self.entries.push(Entry { name: name.to_owned(), renderer, view: *view, timing: Timing::default() });
-        Ok(self.entries.len() - 1)
+        self.entries.len() - 1
     }
 
     /// How many take part.
