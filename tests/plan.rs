@@ -71,6 +71,18 @@ fn bumps(i: u32) -> u16 {
     (i.wrapping_mul(2_654_435_761) >> 16) as u16
 }
 
+/// With a map of normals and a base colour, and an occlusion on the second UV set.
+fn mapped(mut scene: Scene) -> Scene {
+    let texture = textured(&mut scene, 255);
+    let primitive = &mut scene.meshes[0].primitives[0];
+    primitive.tangents = vec![Vec4::new(1.0, 0.0, 0.0, 1.0); primitive.positions.len()];
+    primitive.uvs[1] = primitive.uvs[0].iter().map(|uv| 2.0 * *uv).collect();
+    scene.materials[0].base_color = Some(texture);
+    scene.materials[0].normal = Some((texture, 1.0));
+    scene.materials[0].occlusion = Some((TextureRef { tex_coord: 1, ..texture }, 0.5));
+    scene
+}
+
 /// A white picture with this alpha, read as a texture.
 fn textured(scene: &mut Scene, alpha: u8) -> TextureRef {
     let rgba = [255, 255, 255, alpha].repeat(16);
@@ -224,7 +236,19 @@ fn cases() -> Vec<Case> {
             ..Case::plain("one that is cut out by its alpha", with(floor(), &masked(30)))
         },
         Case {
-            lacks: &["white"],
+            images: &["base_color_map", "normal_map", "occlusion_map"],
+            has: &["white", "uvs_0", "uvs_1", "tangents"],
+            lacks: &["prisms"],
+            ..Case::plain("a normal map, and one on the second UV set", mapped(floor()))
+        },
+        Case {
+            images: &["base_color_map", "height_map", "normal_map", "occlusion_map"],
+            has: &["white", "uvs_0", "uvs_1", "tangents", "prisms"],
+            lacks: &["indices", "adjacency"],
+            ..Case::shell("the same on a shell", mapped(displaced(bumps, 0.2, 0.5)))
+        },
+        Case {
+            lacks: &["white", "uvs_0", "uvs_1", "tangents"],
             ..Case::plain(
                 "textures that nothing of shows",
                 with(floor(), &|scene| {
@@ -257,6 +281,14 @@ fn cases() -> Vec<Case> {
             behind: true,
             discard: true,
             ..Case::parallax("relief below the base surface", March::Relief, displaced(bumps, 0.2, 1.0))
+        },
+        Case {
+            settings: Settings { shell: Shell::Off, march: March::Relief, pixel_lod: true, ..Settings::default() },
+            images: &["height_map", "height_mips"],
+            has: &["bumps", "bumps mips"],
+            depth: true,
+            discard: true,
+            ..Case::parallax("heights at the LOD of each pixel", March::Relief, displaced(bumps, 0.2, 0.5))
         },
         Case::shell("prisms", displaced(bumps, 0.2, 0.5)),
         Case {
@@ -403,6 +435,15 @@ fn what_a_scene_needs_is_created_and_no_more() {
             assert_eq!(has("meshlets"), meshlets, "{of}");
             assert_eq!(has("kept prisms of draw 0"), culled && stage == Stage::Geometry, "{of}");
 
+            // Of vertices no more than its pipelines read.
+            let bound = |name: &str| {
+                let binds = |pipeline: &Pipeline| pipeline.bindings().iter().any(|binding| binding.name == name);
+                easel.pipelines().iter().any(|(_, pipeline)| binds(pipeline))
+            };
+            for stream in ["uvs_0", "uvs_1", "tangents"] {
+                assert_eq!(has(stream), bound(stream), "{of}: {stream}");
+            }
+
             // The same by its explanation: no allocation that it does not tell, and none that is not there.
             let told = explained(&case.scene, &settings, easel.plan());
             let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
@@ -541,6 +582,22 @@ fn the_reasons_follow_the_scene() {
     assert!(decided(&steps(256), &settings, "height map 'bumps'", "16 bits").0);
     let kept = Settings { keep_all: true, ..settings.clone() };
     assert!(decided(&steps(257), &kept, "height map 'bumps'", "16 bits").0);
+
+    // Mips, where a sampler reads at them.
+    for (no_mips, side, kept) in [(false, 4, true), (true, 4, false), (false, 1, false)] {
+        let mut scene = floor();
+        let texture = textured(&mut scene, 255);
+        let image = &mut scene.images[0];
+        (image.width, image.height) = (side, side);
+        image.rgba.truncate(4 * (side * side) as usize);
+        scene.materials[0].base_color =
+            Some(TextureRef { sampler: Sampler { no_mips, ..Sampler::default() }, ..texture });
+        assert_eq!(decided(&scene, &settings, "image 'white'", "mips").0, kept, "{no_mips}, {side}");
+        let plan = plan::plan(&scene, &settings, Stage::Mesh, false);
+        let told = explained(&scene, &settings, &plan);
+        let white = told.images.iter().find(|image| image.name == "white").expect("the picture");
+        assert_eq!(white.mips, if kept { 3 } else { 1 });
+    }
 
     // The steepest light that still grazes: tan of its elevation is the field's greatest slope.
     let mut scene = displaced(|i| if i % 8 == 4 { u16::MAX } else { 0 }, 0.02, 0.5);

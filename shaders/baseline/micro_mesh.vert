@@ -9,7 +9,9 @@ layout(location = 2) in vec2 in_uv;
 
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;
+#ifdef VERTEX_UVS
 layout(location = 2) out vec4 out_uvs;
+#endif
 
 void main() {
     Object object = objects.item[draw.object];
@@ -22,5 +24,7 @@ void main() {
     normal.y += normal.y < 0.0 ? fold : -fold;
     out_position = in_position;
     out_normal = normal;
+#ifdef VERTEX_UVS
     out_uvs = in_uv.xyxy;
+#endif
 }

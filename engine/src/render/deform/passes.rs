@@ -150,13 +150,19 @@ impl Passes {
             vertices: topology.vertices.len() as u32,
             buffers,
         };
-        let vertices = Arc::new(pipeline("write_vertices", None)?);
+        let written = |tangents: bool| {
+            let some = primitives.iter().any(|primitive| primitive.tangents.is_some() == tangents);
+            let define = tangents.then_some("VERTEX_TANGENTS");
+            some.then(|| pipeline("write_vertices", define).map(Arc::new)).transpose()
+        };
+        let vertices = [written(false)?, written(true)?];
         let prisms = shelled.then(|| pipeline("write_prisms", None).map(Arc::new)).transpose()?;
         let walks = walked.then(|| pipeline("write_prisms", Some("WALKED")).map(Arc::new)).transpose()?;
         let fitted = primitives.iter().any(|primitive| primitive.hierarchy.is_some());
         let boxes = fitted.then(|| pipeline("fit_boxes", None).map(Arc::new)).transpose()?;
         for (primitive, firsts) in primitives.iter().zip(&topology.firsts) {
-            passes.add_writes(ctx, primitive, *firsts, &vertices, [prisms.as_ref(), walks.as_ref()])?;
+            let vertices = vertices[usize::from(primitive.tangents.is_some())].as_ref();
+            passes.add_writes(ctx, primitive, *firsts, vertices, [prisms.as_ref(), walks.as_ref()])?;
             passes.add_boxes(ctx, primitive, boxes.as_ref())?;
         }
         Ok(passes)
@@ -168,12 +174,15 @@ impl Passes {
         ctx: &Context,
         primitive: &Primitive,
         [first_vertex, first_triangle]: [u32; 2],
-        vertices: &Arc<Pipeline>,
+        vertices: Option<&Arc<Pipeline>>,
         [prisms, walked]: [Option<&Arc<Pipeline>>; 2],
     ) -> Result<()> {
-        let Some(rest) = &primitive.rest else { return Ok(()) };
-        let bindings =
-            [("rest_vertices", Binding::Buffer(&rest.vertices)), ("vertices", Binding::Buffer(&primitive.vertices))];
+        let (Some(rest), Some(vertices)) = (&primitive.rest, vertices) else { return Ok(()) };
+        let mut bindings = vec![
+            ("rest_vertices", Binding::Buffer(&rest.vertices)),
+            ("vertices", Binding::Buffer(&primitive.vertices)),
+        ];
+        bindings.extend(primitive.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         let set = self.buffers.set(ctx, vertices, &bindings)?;
         let parts = one_part(first_vertex, rest.vertex_count);
         self.writes.push(Step { pipeline: vertices.clone(), set, parts });

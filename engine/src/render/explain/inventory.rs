@@ -129,16 +129,23 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
     for index in colors {
         let image = &scene.images[index];
         let extent = [image.width, image.height];
-        add(image.name.clone(), extent, resources::color_format(image), full_mip_count(extent), 1);
+        let mips = if plan.mips.contains(&index) { full_mip_count(extent) } else { 1 };
+        add(image.name.clone(), extent, resources::color_format(image), mips, 1);
     }
     for (index, map) in scene.height_maps.iter().enumerate() {
-        if plan.ledger.find(&format!("height map '{}'", map.name), "image").is_some_and(|decision| decision.kept) {
+        let extent = [map.width, map.height];
+        let of = format!("height map '{}'", map.name);
+        let kept = |what: &str| plan.ledger.find(&of, what).is_some_and(|decision| decision.kept);
+        if kept("image") {
             let format = match &map.texels {
                 HeightTexels::F16(_) => vk::Format::R16_SFLOAT,
                 HeightTexels::U16(_) if plan.sixteen_bits.contains(&index) => vk::Format::R16_UNORM,
                 HeightTexels::U16(_) | HeightTexels::U8(_) => vk::Format::R8_UNORM,
             };
-            add(map.name.clone(), [map.width, map.height], format, 1, 1);
+            add(map.name.clone(), extent, format, 1, 1);
+        }
+        if kept("mips") {
+            add(resources::height_mips_name(map), extent, vk::Format::R16_UNORM, full_mip_count(extent), 1);
         }
     }
     for (map, ..) in cones {
