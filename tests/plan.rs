@@ -17,7 +17,7 @@ use prism_engine::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
         LightKind, Material, Mesh, Procedure, Sampler, Scene, TextureRef, Wrap,
     },
-    settings::{March, PrismCulling, SelfShadow, Settings, Shell, Stage},
+    settings::{Baseline, Culling, Dicer, March, PrismCulling, SelfShadow, Settings, Shell, Stage},
 };
 use rig::{FORMAT, Rig, asset, square::square};
 
@@ -446,16 +446,7 @@ fn what_a_scene_needs_is_created_and_no_more() {
 
             // The same by its explanation: no allocation that it does not tell, and none that is not there.
             let told = explained(&case.scene, &settings, easel.plan());
-            let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
-            assert_eq!(names.cloned().collect::<BTreeSet<_>>(), allocated, "{of}");
-            let memory: std::collections::HashMap<_, _> = rig.context().memory_report().into_iter().collect();
-            for buffer in &told.buffers {
-                let real = memory[&buffer.name];
-                assert!(
-                    (buffer.bytes..=buffer.bytes.next_multiple_of(256)).contains(&real),
-                    "{of}: {buffer:?}, {real}"
-                );
-            }
+            assert_allocated(&rig, &told, &of);
             let pipelines: Vec<_> = easel.pipelines().into_iter().map(|(name, _)| name).collect();
             assert_eq!(told.pipelines.iter().map(|p| p.name.clone()).collect::<Vec<_>>(), pipelines, "{of}");
             let frame: Vec<_> = told.passes.iter().map(|pass| pass.name).filter(|name| *name != "resolve").collect();
@@ -463,6 +454,56 @@ fn what_a_scene_needs_is_created_and_no_more() {
             let names: BTreeSet<_> = enabled.iter().map(|feature| feature.name()).collect();
             assert_eq!(told.features.into_iter().collect::<BTreeSet<_>>(), names, "{of}");
             assert_eq!(told.extensions, extensions, "{of}");
+        }
+    }
+}
+
+/// What an explanation lists is what is allocated, no more and no less, and buffers are as large.
+#[track_caller]
+fn assert_allocated(rig: &Rig, told: &Explanation, of: &str) {
+    let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
+    let allocated: BTreeSet<_> = rig.allocations().into_iter().collect();
+    assert_eq!(names.cloned().collect::<BTreeSet<_>>(), allocated, "{of}");
+    let memory: std::collections::HashMap<_, _> = rig.context().memory_report().into_iter().collect();
+    for buffer in &told.buffers {
+        let real = memory[&buffer.name];
+        assert!((buffer.bytes..=buffer.bytes.next_multiple_of(256)).contains(&real), "{of}: {buffer:?}, {real}");
+    }
+}
+
+/// A mesh that changes shape, and what is drawn in a shell's place, have buffers of their own.
+#[test]
+fn buffers_of_posed_meshes_and_of_baselines_are_told() {
+    let still = displaced(bumps, 0.05, 0.5);
+    let mut posed = still.clone();
+    posed.meshes[0].deforms = true;
+    let mut shadowed = mapped(posed.clone());
+    shadowed.lights = vec![sun(DVec3::new(1.0, -0.1, 0.0))];
+    let walk = Settings { march: March::Relief, shell: Shell::Walk, ..Settings::default() };
+    let hard = Settings { self_shadow: SelfShadow::Hard, ..walk.clone() };
+    let prism = Settings { shell: Shell::Prism, ..walk.clone() };
+    let off = Settings { shell: Shell::Off, ..walk.clone() };
+    let instead = |baseline| Settings { baseline: Some(baseline), ..Settings::default() };
+    let micro_mesh = |culling| instead(Baseline::MicroMesh { density: 4, culling });
+    let diced = |by| instead(Baseline::Diced { by, edge: 4.0, culls: true });
+    let rest = ["floor pose", "floor fans", "floor.0 vertices at rest"];
+    for (of, scene, settings, has) in [
+        ("posed walk", &posed, walk, &["floor.0 adjacency at rest", rest[0], rest[1], rest[2]][..]),
+        ("posed, in shadows", &shadowed, hard, &["floor.0 boxes' order", "floor.0 tangents"]),
+        ("posed prisms", &posed, prism, &["floor.0 prisms at rest"]),
+        ("posed base surface", &posed, off, &rest),
+        ("micro-mesh", &still, micro_mesh(Culling::Off), &["floor.0 micro-vertices"]),
+        ("micro-mesh by triangle", &still, micro_mesh(Culling::Triangles), &["micro-indices kept"]),
+        ("tessellated", &still, diced(Dicer::Tessellation), &["floor.0 diced triangles"]),
+        ("diced by the mesh stage", &still, diced(Dicer::Mesh), &["floor.0 diced triangles"]),
+    ] {
+        let rig = Rig::asking(&[Feature::TessellationShader, Feature::TaskShader, Feature::MeshShader]);
+        let mut easel = rig.try_easel_with(scene, &settings, EXTENT, false).expect(of);
+        easel.passes(&scene.camera.unwrap());
+        let told = explained(scene, &settings, easel.plan());
+        assert_allocated(&rig, &told, of);
+        for name in has {
+            assert!(told.buffers.iter().any(|buffer| buffer.name == *name), "{of}: no {name}");
         }
     }
 }

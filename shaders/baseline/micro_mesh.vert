@@ -9,9 +9,7 @@ layout(location = 2) in vec2 in_uv;
 
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;
-#ifdef VERTEX_UVS
 layout(location = 2) out vec4 out_uvs;
-#endif
 
 void main() {
     Object object = objects.item[draw.object];
@@ -24,7 +22,6 @@ void main() {
     normal.y += normal.y < 0.0 ? fold : -fold;
     out_position = in_position;
     out_normal = normal;
-#ifdef VERTEX_UVS
+    // Read or not: what is in the layout and no shader takes is a message of the validation layer.
     out_uvs = in_uv.xyxy;
-#endif
 }

@@ -146,6 +146,8 @@ impl PrimitiveData {
             let [width, height] = map_size(scene, other.source);
             *slot = Vec4::new(other.scale as f32, other.midlevel as f32, width, height);
         }
+        // A baseline is made of them, and has none itself.
+        let prisms = if settings.baseline.is_some() { 0 } else { planned.shell.prisms.len() };
         let nodes =
             if planned.hierarchy { boxes(primitive, planned, center, settings.lod_fade.is_some()) } else { Vec::new() };
         PrimitiveData {
@@ -154,7 +156,7 @@ impl PrimitiveData {
             uvs,
             tangents,
             indices,
-            prisms: (0..planned.shell.prisms.len()).map(|p| gpu_prism(planned, p)).collect(),
+            prisms: (0..prisms).map(|p| gpu_prism(planned, p)).collect(),
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
             refit: if planned.deforms { hierarchy::ranks(&nodes) } else { Vec::new() },
             hierarchy: nodes.into_iter().map(gpu_box).collect(),
@@ -166,8 +168,8 @@ impl PrimitiveData {
 }
 
 impl PrimitiveData {
-    /// What of it is uploaded, by its name after the primitive's, and in bytes.
-    pub fn buffers(&self) -> Vec<(&'static str, usize)> {
+    /// What of it is uploaded, by its name after the primitive's, and in bytes. `deforms`: its mesh does.
+    pub fn buffers(&self, deforms: bool) -> Vec<(&'static str, usize)> {
         let mut buffers = vec![
             ("indices", size_of_val(&self.indices[..])),
             ("vertices", size_of_val(&self.vertices[..])),
@@ -186,6 +188,14 @@ impl PrimitiveData {
                 ("meshlets", size_of_val(&walk.meshlets.meshlets[..])),
                 ("meshlet_vertices", size_of_val(&walk.meshlets.vertices[..])),
                 ("meshlet_triangles", size_of_val(&walk.meshlets.triangles[..])),
+            ]);
+        }
+        if deforms {
+            buffers.extend([
+                ("vertices at rest", size_of_val(&self.vertices[..])),
+                ("prisms at rest", size_of_val(&self.prisms[..])),
+                ("adjacency at rest", self.walk.as_ref().map_or(0, |walk| size_of_val(&walk.adjacency[..]))),
+                ("boxes' order", self.refit.iter().map(|part| size_of_val(&part[..])).sum()),
             ]);
         }
         buffers.retain(|(_, bytes)| *bytes > 0);

@@ -65,32 +65,46 @@ pub(super) struct Buffers {
     plains: Buffer,
 }
 
+/// Their names after the mesh's, and their bytes.
+pub(super) fn buffers(topology: &Topology) -> [(&'static str, usize); 7] {
+    let welds = topology.welds as usize;
+    [
+        ("deforming vertices", size_of_val(&topology.vertices[..])),
+        ("deforming triangles", size_of_val(&topology.triangles[..])),
+        ("fans", size_of_val(&topology.fans[..])),
+        ("pose", size_of::<DeformFrame>() * topology.vertices.len()),
+        ("shell normals", size_of::<[f32; 4]>() * welds),
+        ("folds", size_of::<u32>() * (welds + ROUNDS as usize + 1)),
+        ("plain triangles", size_of::<u32>() * topology.triangles.len()),
+    ]
+}
+
 impl Buffers {
     fn new(ctx: &Context, name: &str, topology: &Topology) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let mut uploader = Uploader::new(ctx)?;
-        let mut upload = |what: &str, bytes: &[u8]| {
+        let mut upload = |(what, _): (&str, usize), bytes: &[u8]| {
             uploader.buffer(&format!("{name} {what}"), vk::BufferUsageFlags::STORAGE_BUFFER, bytes)
         };
-        let mesh_vertices = upload("deforming vertices", bytemuck::cast_slice(&topology.vertices))?;
-        let triangles = upload("deforming triangles", bytemuck::cast_slice(&topology.triangles))?;
-        let fans = upload("fans", bytemuck::cast_slice(&topology.fans))?;
+        let [vertices, faces, lists, posed, shell_normals, folds, plains] = buffers(topology);
+        let mesh_vertices = upload(vertices, bytemuck::cast_slice(&topology.vertices))?;
+        let triangles = upload(faces, bytemuck::cast_slice(&topology.triangles))?;
+        let fans = upload(lists, bytemuck::cast_slice(&topology.fans))?;
         uploader.finish()?;
-        let buffer = |what: &str, size: usize| {
+        let buffer = |(what, size): (&str, usize)| {
             let name = format!("{name} {what}");
             // The sources of transfers are for the test, which reads them back.
             let usage = U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
             Buffer::new(ctx, &BufferDesc { name: &name, size: size as u64, usage, location: MemoryLocation::GpuOnly })
         };
-        let welds = topology.welds as usize;
         Ok(Buffers {
             mesh_vertices,
             triangles,
             fans,
-            posed: buffer("pose", topology.vertices.len() * size_of::<DeformFrame>())?,
-            shell_normals: buffer("shell normals", welds * size_of::<[f32; 4]>())?,
-            folds: buffer("folds", (welds + ROUNDS as usize + 1) * size_of::<u32>())?,
-            plains: buffer("plain triangles", topology.triangles.len() * size_of::<u32>())?,
+            posed: buffer(posed)?,
+            shell_normals: buffer(shell_normals)?,
+            folds: buffer(folds)?,
+            plains: buffer(plains)?,
         })
     }
 

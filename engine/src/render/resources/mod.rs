@@ -154,7 +154,7 @@ pub fn upload(
         .primitives
         .iter()
         .map(|planned| {
-            let mut data = PrimitiveData::new(scene, planned, settings);
+            let data = PrimitiveData::new(scene, planned, settings);
             let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
             let indices: &[u32] = data.indices.as_flattened();
             let indices = (!indices.is_empty())
@@ -162,7 +162,6 @@ pub fn upload(
                 .transpose()?;
             let (mut micro_mesh, mut diced) = (None, None);
             if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
-                data.prisms.clear();
                 match baseline {
                     Baseline::MicroMesh { density, culling } => {
                         let mesh = MicroMesh::new(scene, planned, data.center, density)?;
