@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::draws::soft;
-use super::{Plan, PlannedPrimitive, needs, primitive_name};
+use super::{Plan, PlannedPrimitive, Streams, needs, primitive_name};
 use crate::scene::Scene;
 use crate::settings::{SelfShadow, Settings, Shell};
 use crate::shell::{
@@ -96,6 +96,7 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             hierarchy: shelled && shadows,
             headroom,
             shell_normals,
+            streams: Streams::default(),
             offset,
             deforms,
         });

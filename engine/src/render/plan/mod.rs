@@ -21,8 +21,8 @@ use self::ledger::{Ledger, Need};
 use self::lights::MAX_SHADOWED_LIGHTS;
 pub use self::lights::ShadowPlan;
 use self::meshes::plan_mesh;
-use super::variant::{Cull, Geometry, Height, Variant};
-use crate::scene::{Primitive, Scene};
+use super::variant::{Cull, Geometry, Height, UV_SETS, Variant};
+use crate::scene::{Primitive, Scene, TextureRef};
 use crate::settings::{DepthPrepass, SelfShadow, Settings, Shell, Stage, View};
 use crate::shell::{prisms::ShellGeometry, walk::WalkGeometry};
 
@@ -64,10 +64,21 @@ pub struct PlannedPrimitive {
     pub headroom: f64,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// What its draws read of its vertices besides.
+    pub streams: Streams,
     /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
     pub offset: Option<f64>,
     /// Its pose may change: what depends on that is the GPU's, and here all that can be displaced is.
     pub deforms: bool,
+}
+
+/// What only some draws read of vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Streams {
+    /// UV sets 0 and 1.
+    pub uvs: [bool; 2],
+    /// Shading tangents.
+    pub tangents: bool,
 }
 
 /// The plan.
@@ -85,6 +96,8 @@ pub struct Plan {
     pub stage: Option<Stage>,
     /// Height maps whose texels are kept at 16 bits.
     pub sixteen_bits: HashSet<usize>,
+    /// Colour images with mips.
+    pub mips: HashSet<usize>,
     /// Shell normals that are shortened, by mesh: welded vertex and factor.
     pub folds: BTreeMap<usize, Vec<(u32, f64)>>,
     /// What was decided, and why.
@@ -124,12 +137,14 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
     }
     lights::plan_shadow_maps(scene, settings, &mut plan);
     plan_height_maps(scene, &mut plan);
+    plan_mips(scene, &mut plan);
     if settings.lod_fade.is_some() && aov {
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
     trim(settings, &mut plan);
     plan_culling(scene, settings, stage, &mut plan);
     plan_samples(settings, aov, &mut plan);
+    plan_streams(scene, &mut plan);
     plan_depths(settings, &mut plan);
     plan_edges(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
@@ -153,6 +168,26 @@ fn trim(settings: &Settings, plan: &mut Plan) {
         if settings.resolved_shell() == Shell::Prism && !mapped && !of(|height| height.self_shadow) {
             primitive.walk = None;
         }
+    }
+}
+
+/// What is there of vertices besides what every draw reads. A micro-mesh has vertices of its own.
+fn plan_streams(scene: &Scene, plan: &mut Plan) {
+    for index in 0..plan.primitives.len() {
+        let (mesh, number) = (plan.primitives[index].mesh, plan.primitives[index].primitive);
+        let primitive = &scene.meshes[mesh].primitives[number];
+        let drawn = plan.draws.iter().chain(&plan.aov_draws).filter(|draw| draw.primitive == index);
+        let variants = drawn.map(|draw| draw.variant).filter(|variant| variant.geometry != Geometry::MicroMesh);
+        let variants: Vec<_> = variants.collect();
+        let of = primitive_name(scene, mesh, number);
+        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool| {
+            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads)))
+        };
+        let uvs = [0, 1].map(|set: usize| {
+            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &|variant| variant.reads_uvs(set as u8))
+        });
+        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents);
+        plan.primitives[index].streams = Streams { uvs, tangents };
     }
 }
 
@@ -234,8 +269,41 @@ fn plan_height_maps(scene: &Scene, plan: &mut Plan) {
         let read = plan.draws.iter().any(|draw| height_maps(scene, plan, draw).contains(&index));
         let of = format!("height map '{}'", map.name);
         let need = Need::asked(read, "a surface is displaced or shaded by it", "no draw reads it");
-        if plan.ledger.decide(&of, "image", need) && plan.ledger.decide(&of, "16 bits", needs::sixteen_bits(map)) {
+        if !plan.ledger.decide(&of, "image", need) {
+            continue;
+        }
+        if plan.ledger.decide(&of, "16 bits", needs::sixteen_bits(map)) {
             plan.sixteen_bits.insert(index);
+        }
+        let at_lods = |draw: &Draw| draw.variant.height.is_some_and(|height| height.pixel_lod);
+        let lods = plan.draws.iter().any(|draw| at_lods(draw) && own_map(scene, plan, draw) == Some(index));
+        plan.ledger.decide(&of, "mips", needs::height_mips(lods));
+    }
+}
+
+/// The map that a draw's own field is of.
+fn own_map(scene: &Scene, plan: &Plan, draw: &Draw) -> Option<usize> {
+    let primitive = source(scene, &plan.primitives[draw.primitive]);
+    scene.materials[primitive.material].displacement?.source.map()
+}
+
+/// The colour images of which some draw samples more than the full size.
+fn plan_mips(scene: &Scene, plan: &mut Plan) {
+    let textures = plan.draws.iter().flat_map(|draw| {
+        let material = &scene.materials[source(scene, &plan.primitives[draw.primitive]).material];
+        let read = |(texture, set): (Option<TextureRef>, Option<u8>)| texture.filter(|_| set.is_some());
+        material.textures().into_iter().zip(draw.variant.textures).filter_map(read)
+    });
+    // Each image that is read, and whether at mips.
+    let mut images = BTreeMap::new();
+    for texture in textures {
+        *images.entry(texture.image).or_insert(false) |= !texture.sampler.no_mips;
+    }
+    for (index, between) in images {
+        let image = &scene.images[index];
+        let need = needs::mips([image.width, image.height], between);
+        if plan.ledger.decide(format!("image '{}'", image.name), "mips", need) {
+            plan.mips.insert(index);
         }
     }
 }

@@ -49,8 +49,10 @@ impl Images {
             let material = &scene.materials[primitive.material];
             let read = |(texture, set): (Option<_>, Option<u8>)| texture.filter(|_| set.is_some());
             for texture in material.textures().into_iter().zip(draw.variant.textures).filter_map(read) {
-                if let Entry::Vacant(entry) = self.color.entry(texture.image) {
-                    entry.insert(upload_color(ctx, &mut uploader, scene, texture.image)?);
+                let (image, mips) = (texture.image, plan.mips.contains(&texture.image));
+                // What had no use for mips may have by now.
+                if self.color.get(&image).is_none_or(|made| mips && made.mips() == 1) {
+                    self.color.insert(image, upload_color(ctx, &mut uploader, scene, image, mips)?);
                 }
                 if let Entry::Vacant(entry) = self.samplers.entry(texture.sampler) {
                     entry.insert(sampler(ctx, texture.sampler)?);
@@ -204,11 +206,12 @@ fn check_size(ctx: &Context, file: &Path, name: &str, extent: [u32; 2]) -> Resul
     ))
 }
 
-fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: usize) -> Result<Image> {
+fn upload_color(ctx: &Context, uploader: &mut Uploader, scene: &Scene, index: usize, mips: bool) -> Result<Image> {
     let image = &scene.images[index];
     let extent = [image.width, image.height];
     check_size(ctx, &scene.file, &image.name, extent)?;
-    uploader.image_with_mips(&image_desc(&image.name, extent, color_format(image)), &image.rgba)
+    let desc = image_desc(&image.name, extent, color_format(image));
+    if mips { uploader.image_with_mips(&desc, &image.rgba) } else { uploader.image(&desc, &image.rgba) }
 }
 
 /// The format of a colour image.
@@ -246,7 +249,7 @@ fn upload_height_mips(ctx: &Context, uploader: &mut Uploader, map: &HeightMap) -
     let scales = vk::FormatFeatureFlags::BLIT_SRC
         | vk::FormatFeatureFlags::BLIT_DST
         | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
-    let name = format!("{} mips", map.name);
+    let name = height_mips_name(map);
     let extent = [map.width, map.height];
     if ctx.supports_format(vk::Format::R16_UNORM, scales) {
         let texels: Vec<u16> = heights.map(|h| (h * f64::from(u16::MAX)).round() as u16).collect();
@@ -255,6 +258,11 @@ fn upload_height_mips(ctx: &Context, uploader: &mut Uploader, map: &HeightMap) -
     }
     let texels: Vec<f16> = heights.map(f16::from_f64).collect();
     uploader.image_with_mips(&image_desc(&name, extent, vk::Format::R16_SFLOAT), bytemuck::cast_slice(&texels))
+}
+
+/// What that image is called.
+pub fn height_mips_name(map: &HeightMap) -> String {
+    format!("{} mips", map.name)
 }
 
 /// The occlusion map of a displaced primitive, computed on the CPU.

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-pub use self::images::{Images, color_format, height_sampler, upload_height};
+pub use self::images::{Images, color_format, height_mips_name, height_sampler, upload_height};
 pub use self::slot::Slot;
 use super::baseline::{Diced, Dicing, Drawable, MicroMesh};
 use super::culling::Culled;
@@ -32,6 +32,9 @@ pub struct Primitive {
     /// What its pose overwrites, as uploaded: of a primitive that deforms.
     pub rest: Option<Rest>,
     pub vertices: Buffer,
+    /// UV sets that are read.
+    pub uvs: [Option<Buffer>; 2],
+    pub tangents: Option<Buffer>,
     pub prisms: Option<Buffer>,
     /// Boxes over them, where shadow rays want these.
     pub hierarchy: Option<Buffer>,
@@ -151,7 +154,7 @@ pub fn upload(
         .primitives
         .iter()
         .map(|planned| {
-            let mut data = PrimitiveData::new(scene, planned, settings);
+            let data = PrimitiveData::new(scene, planned, settings);
             let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
             let indices: &[u32] = data.indices.as_flattened();
             let indices = (!indices.is_empty())
@@ -159,7 +162,6 @@ pub fn upload(
                 .transpose()?;
             let (mut micro_mesh, mut diced) = (None, None);
             if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
-                data.prisms.clear();
                 match baseline {
                     Baseline::MicroMesh { density, culling } => {
                         let mesh = MicroMesh::new(scene, planned, data.center, density)?;
@@ -177,6 +179,12 @@ pub fn upload(
             let hierarchy = (!data.hierarchy.is_empty())
                 .then(|| uploader.buffer(&format!("{name} hierarchy"), U::STORAGE_BUFFER, &data.hierarchy))
                 .transpose()?;
+            let mut stream = |what: &str, bytes: &[u8]| {
+                (!bytes.is_empty()).then(|| uploader.buffer(&format!("{name} {what}"), storage, bytes)).transpose()
+            };
+            let [uvs_0, uvs_1] = &data.uvs;
+            let uvs = [stream("uvs_0", bytemuck::cast_slice(uvs_0))?, stream("uvs_1", bytemuck::cast_slice(uvs_1))?];
+            let tangents = stream("tangents", bytemuck::cast_slice(&data.tangents))?;
             let rest = planned.deforms.then(|| Rest::new(&mut uploader, &name, &data)).transpose()?;
             let walk = data.walk.as_ref().map(|walk| Walk::new(&mut uploader, &name, walk)).transpose()?;
             Ok(Primitive {
@@ -189,6 +197,8 @@ pub fn upload(
                 micro_mesh,
                 diced,
                 vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
+                uvs,
+                tangents,
                 prisms,
                 hierarchy,
                 material: uploader.buffer(&format!("{name} material"), U::UNIFORM_BUFFER, &[data.material])?,
@@ -215,6 +225,10 @@ impl Primitive {
         let mut bindings = images.bindings(scene, planned, variant);
         bindings.extend(culled.iter().flat_map(|culled| culled.bindings()));
         bindings.push(("vertices", Binding::Buffer(&self.vertices)));
+        for (name, uvs) in ["uvs_0", "uvs_1"].into_iter().zip(&self.uvs) {
+            bindings.extend(uvs.as_ref().map(|uvs| (name, Binding::Buffer(uvs))));
+        }
+        bindings.extend(self.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
         bindings.extend(self.diced.as_ref().map(|diced| ("diced_triangles", Binding::Buffer(diced.triangles()))));
