@@ -203,7 +203,7 @@ pub fn part(part: &Part, device: &mut Device, pace: Pace, tick: &dyn Fn()) -> Re
             let drawn = device.shot_by(&mut renderer, &truth.view)?;
             let metrics = Metrics::between(&drawn.surface, &truth.surface, &truth.view.camera);
             let settings = compared(part, &variant.settings);
-            // A walk that casts shadows takes lavapipe half a minute to compile: longer than a look at all the rest of them.
+            // A walk that casts shadows takes lavapipe half a minute to compile: too long for a look.
             let judges_picture = !pace.as_measured || settings.self_shadow == SelfShadow::Off;
             let seen = if judges_picture {
                 Some(flip::between(&drawn.picture, truth.picture(device, &settings)?))
