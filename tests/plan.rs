@@ -17,7 +17,7 @@ use prism_engine::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
         LightKind, Material, Mesh, Procedure, Sampler, Scene, TextureRef, Wrap,
     },
-    settings::{Baseline, Culling, Dicer, March, PrismCulling, SelfShadow, Settings, Shell, Stage},
+    settings::{Baseline, Culling, Dicer, March, PrismCulling, SelfShadow, Settings, Shell, Stage, VisibilityBuffer},
 };
 use rig::{FORMAT, Rig, asset, square::square};
 
@@ -329,6 +329,19 @@ fn cases() -> Vec<Case> {
         },
         Case {
             settings: Settings {
+                march: March::Relief,
+                shell: Shell::Walk,
+                visibility_buffer: VisibilityBuffer::On,
+                ..Settings::default()
+            },
+            images: &["height_map", "nearest_lids", "depth_so_far"],
+            has: &["prisms", "adjacency", "lids", "nearest lids", "depth so far"],
+            lacks: &["hierarchy", "pyramid", "shadow maps", "depth tiles"],
+            passes: &["visibility", "shell", "shell rest"],
+            ..Case::shell("a walk that begins at a visibility buffer", displaced(bumps, 0.2, 0.5))
+        },
+        Case {
+            settings: Settings {
                 shell: Shell::Prism,
                 march: March::Relief,
                 self_shadow: SelfShadow::Hard,
@@ -406,6 +419,15 @@ fn what_a_scene_needs_is_created_and_no_more() {
                 images.extend(samplers(pipeline));
                 let Some(module) = Module::fragment(pipeline) else { continue };
                 if name.starts_with("shadow map") {
+                    continue;
+                }
+                if name.starts_with("visibility") {
+                    // It names what is rasterised.
+                    assert_eq!(
+                        (module.replaces_depth, module.discards, module.loops),
+                        (false, false, 0),
+                        "{of}: {name}"
+                    );
                     continue;
                 }
                 assert_eq!(module.replaces_depth, case.depth, "{of}: {name}: {module:?}");
@@ -538,6 +560,7 @@ fn a_pipeline_s_parts_are_those_of_its_code() {
             assert_eq!(part("shadow map look-ups"), bound("shadow_atlas"), "{of}");
             assert_eq!(part("loop counters"), bound("counters"), "{of}");
             assert_eq!(part("tangents"), bound("normal_map"), "{of}");
+            assert_eq!(part("visibility buffer"), bound("nearest_lids"), "{of}");
             loops.push((case.name, stage, part("self-shadow"), module.loops));
         }
     }
@@ -553,7 +576,8 @@ fn a_pipeline_s_parts_are_those_of_its_code() {
 fn differing(rig: &Rig, scene: &Scene, settings: &Settings) -> usize {
     let [plan, all] = [false, true].map(|keep_all| {
         let prism_culling = if keep_all { PrismCulling::Off } else { settings.prism_culling };
-        let settings = Settings { keep_all, prism_culling, ..settings.clone() };
+        let visibility_buffer = if keep_all { VisibilityBuffer::Off } else { settings.visibility_buffer };
+        let settings = Settings { keep_all, prism_culling, visibility_buffer, ..settings.clone() };
         let mut easel = rig.try_easel_with(scene, &settings, EXTENT, false).expect("a renderer");
         let kept = easel.plan().ledger.decisions().iter().filter(|decision| decision.kept).count();
         (easel.picture(&scene.camera.unwrap()), kept)

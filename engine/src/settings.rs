@@ -190,6 +190,20 @@ pub enum PrismCulling {
     Hidden,
 }
 
+/// Whether the walks of a shell begin at the lids that a visibility buffer names: each pixel's nearest one, drawn before.
+/// Then all pixels of a quad trace, whatever the size of the triangles, and none that another lid covers. The picture is
+/// the same to the bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VisibilityBuffer {
+    /// Of shells with so many prisms that it pays: see `render::plan`.
+    #[default]
+    Auto,
+    /// Never: each lid's fragments trace as they are rasterised.
+    Off,
+    /// Of all walked shells that a pixel sees one sample of.
+    On,
+}
+
 /// What a picture shows of a frame. Colours of what is no shading are the picture's own values, 0 to 1: no light, no tone
 /// mapping. Counts lie on a scale from black (0) over 1 to 256, whose lightness rises, an eighth of it each doubling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -347,6 +361,8 @@ pub struct Settings {
     pub depth_prepass: DepthPrepass,
     /// Prisms that are dropped unseen.
     pub prism_culling: PrismCulling,
+    /// Walks that begin at the lids of a visibility buffer.
+    pub visibility_buffer: VisibilityBuffer,
     /// Samples of a pixel: 1 or 4. Surface data keep one, at the pixel's centre.
     pub msaa: u32,
     /// What the picture shows. Surface data are always those of the surface.
@@ -396,6 +412,7 @@ impl Default for Settings {
             cascades: 3,
             depth_prepass: DepthPrepass::Auto,
             prism_culling: PrismCulling::Auto,
+            visibility_buffer: VisibilityBuffer::Auto,
             msaa: 1,
             view: View::Shaded,
             count_limits: false,
@@ -518,4 +535,5 @@ names!(View {
 names!(Dicer { Tessellation = "tessellation", Mesh = "mesh-tessellation" });
 names!(DepthPrepass { Auto = "auto", Off = "off", On = "on" });
 names!(PrismCulling { Auto = "auto", Off = "off", View = "view", Hidden = "hidden" });
+names!(VisibilityBuffer { Auto = "auto", Off = "off", On = "on" });
 names!(Validation { Off = "off", Core = "core", Sync = "sync" });

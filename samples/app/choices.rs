@@ -24,6 +24,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     }
     settings.keep_all = args.keep_all || base.keep_all;
     settings.depth_prepass = args.depth_prepass.unwrap_or(base.depth_prepass);
+    settings.visibility_buffer = args.visibility_buffer.unwrap_or(base.visibility_buffer);
     settings.prism_culling = args.prism_culling.unwrap_or(base.prism_culling);
     settings.msaa = args.msaa.unwrap_or(base.msaa);
     settings.shadow_map = args.shadow_map.unwrap_or(base.shadow_map);

@@ -57,6 +57,7 @@ const SPELLINGS: &[Spelling] = &[
     ("--shadow-map-size", |s| Some(s.shadow_map_size.to_string())),
     ("--cascades", |s| Some(s.cascades.to_string())),
     ("--depth-prepass", |s| Some(s.depth_prepass.to_string())),
+    ("--visibility-buffer", |s| Some(s.visibility_buffer.to_string())),
     ("--prism-culling", |s| Some(s.prism_culling.to_string())),
     ("--msaa", |s| Some(s.msaa.to_string())),
     ("--view", |s| Some(s.view.to_string())),
@@ -183,7 +184,9 @@ pub fn load(path: &Path) -> Result<CommonArgs> {
 mod tests {
     use super::*;
     use crate::app::{camera as start, light::LightArgs, surface::HeightLod, testing::empty_scene};
-    use prism_engine::settings::{DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage, View};
+    use prism_engine::settings::{
+        DepthPrepass, Horizon, March, Normals, SelfShadow, Shell, Silhouette, Stage, View, VisibilityBuffer,
+    };
 
     fn again(words: &[String], base: &Settings) -> Settings {
         let args = read(words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
@@ -238,6 +241,7 @@ mod tests {
                 view: View::Walk,
                 ..Settings::default()
             },
+            Settings { visibility_buffer: VisibilityBuffer::Off, ..Settings::default() },
         ];
         let bases = [Settings::default(), off, Settings { shadow_map: true, ..Settings::default() }];
         for base in &bases {

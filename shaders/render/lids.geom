@@ -17,6 +17,22 @@ layout(location = 0) flat out uint out_prism;
 layout(location = 1) out float out_level;
 
 void main() {
+#ifdef VISIBILITY
+    if (draw.resolves != 0u) {
+        // Seen from either side: one of them is culled.
+        for (uint i = 0u; i < 6u; ++i) {
+            out_prism = 0u;
+            out_level = 0.0;
+            gl_Position = picture_corner(i < 3u ? i : 5u - i);
+            EmitVertex();
+            if (i == 2u) {
+                EndPrimitive();
+            }
+        }
+        EndPrimitive();
+        return;
+    }
+#endif
 #ifdef CULLED
     uint prism = in_prism[0];
 #else

@@ -14,6 +14,17 @@ layout(location = 3) flat out uint out_prism;
 #endif
 
 void main() {
+#ifdef VISIBILITY
+    if (draw.resolves != 0u) {
+        // The geometry stage makes a triangle over the picture.
+        out_lid = out_base = gl_Position = vec4(0.0);
+        out_levels = vec2(0.0);
+#ifdef CULLED
+        out_prism = 0u;
+#endif
+        return;
+    }
+#endif
     Object object = objects.item[draw.object];
 #ifdef CULLED
     // Without indices: three vertices a prism.

@@ -13,6 +13,7 @@
 #include "render/dither.glsl"
 #include "render/march_settings.glsl"
 #include "render/walk_access.glsl"
+#include "render/nearest_lid.glsl"
 #include "shell/walk.glsl"
 #ifdef WALK_BORDERS
 #include "render/walk_border.glsl"
@@ -28,32 +29,33 @@ layout(location = 0) flat in uint in_prism;
 layout(location = 1) PER_SAMPLE in float in_level;
 #endif
 
-// The first hit of the pixel's ray.
-WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc) {
+// The first hit of the pixel's ray, from the lid of `prism` at `level`, or from its border.
+WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc, uint prism, float level) {
     WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     int limit = 64 + 2 * int(draw.prism_count);
 #ifdef WALK_LIDS
-    Standing at = walk_stand(ray, in_prism, 2);
-    WalkStart start = walk_start(ray, in_level, at);
-    WalkHit hit = WalkHit(false, in_prism, 0.0, vec3(0.0), -1, 0);
+    Standing at = walk_stand(ray, prism, 2);
+    WalkStart start = walk_start(ray, level, at);
+    WalkHit hit = WalkHit(false, prism, 0.0, vec3(0.0), -1, 0);
     if (start.found) {
         WalkTrail trail = NO_TRAIL;
         hit = walk(ray, settings, at, start, limit, trail);
     }
     return hit;
 #else
-    return border_hit(in_prism, ray, object, settings, limit);
+    return border_hit(prism, ray, object, settings, limit);
 #endif
 }
 
-void main() {
+// Traces and shades; false if nothing is hit.
+bool shows(uint prism, float level) {
     Object object = objects.item[draw.object];
     vec2 ndc = pixel_ndc(ray_point());
 #ifdef LOD_FADE
     fade_heights(object, ndc);
 #endif
     MarchSettings settings = march_settings();
-    WalkHit hit = first_hit(object, settings, ndc);
+    WalkHit hit = first_hit(object, settings, ndc, prism, level);
     count_limits(hit.limits);
     // What misses is discarded at the end: before it, lavapipe would run all that follows for no fragment.
     bool shown = hit.hit;
@@ -79,6 +81,25 @@ void main() {
         }
     }
     count_reads();
+    return shown;
+}
+
+void main() {
+    uint prism = in_prism;
+#ifdef WALK_LIDS
+    float level = in_level;
+#else
+    float level = 0.0;
+#endif
+    // What only fills up a quad has no derivative to give, and would trace as far as the others.
+    bool begins = !gl_HelperInvocation;
+#ifdef VISIBILITY
+    begins = begins && begins_walk(prism, level);
+#endif
+    bool shown = false;
+    if (begins) {
+        shown = shows(prism, level);
+    }
     if (!shown) {
         if (write_missed()) {
             return;

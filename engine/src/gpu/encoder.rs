@@ -130,13 +130,17 @@ impl CommandEncoder {
             min_depth: 0.0,
             max_depth: 1.0,
         };
+        // SAFETY: recording.
+        unsafe { self.ctx.device().cmd_set_viewport(self.raw, 0, &[viewport]) };
+        self.set_scissor(origin, extent);
+    }
+
+    /// Draws only within `extent` from the pixel `origin` on.
+    pub fn set_scissor(&mut self, [x, y]: [u32; 2], [width, height]: [u32; 2]) {
         let offset = vk::Offset2D { x: x as i32, y: y as i32 };
         let scissor = vk::Rect2D { offset, extent: vk::Extent2D { width, height } };
         // SAFETY: recording.
-        unsafe {
-            self.ctx.device().cmd_set_viewport(self.raw, 0, &[viewport]);
-            self.ctx.device().cmd_set_scissor(self.raw, 0, &[scissor]);
-        }
+        unsafe { self.ctx.device().cmd_set_scissor(self.raw, 0, &[scissor]) };
     }
 
     /// Draws or dispatches with this pipeline from now on.

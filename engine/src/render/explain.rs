@@ -9,9 +9,10 @@ use std::fmt;
 use serde::Serialize;
 
 use self::inventory::{BufferFact, ImageFact};
+use super::passes::{DrawPass, Part, passes};
 use super::plan::{self, Draw, Plan, PlannedPrimitive, ledger::Decision};
 use super::variant::Variant;
-use super::{Output, depth_tiles, features, passes};
+use super::{Output, depth_tiles, features};
 use crate::gpu::Feature;
 use crate::scene::Scene;
 use crate::settings::{Settings, Stage};
@@ -167,6 +168,7 @@ fn asked(settings: &Settings) -> BTreeMap<&'static str, String> {
         ("ambient-occlusion", on_off(settings.ambient_occlusion)),
         ("depth-prepass", settings.depth_prepass.to_string()),
         ("prism-culling", settings.prism_culling.to_string()),
+        ("visibility-buffer", settings.visibility_buffer.to_string()),
         ("dither", on_off(settings.dither)),
         ("lod-fade", settings.lod_fade.map_or("off".into(), |start| start.to_string())),
         ("msaa", settings.msaa.to_string()),
@@ -211,7 +213,7 @@ pub fn variants(plan: &Plan) -> Vec<Variant> {
     let mut variants: Vec<Variant> = Vec::new();
     let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
     for draw in plan.draws.iter().chain(&plan.aov_draws).chain(blockers) {
-        for variant in draw.cull.into_iter().chain(draw.depth).chain([draw.variant]) {
+        for variant in draw.all_variants() {
             if !variants.contains(&variant) {
                 variants.push(variant);
             }
@@ -235,20 +237,22 @@ fn frame(scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<PassFact> {
         list.push(PassFact { name: "shadow maps", draws });
     }
     let of = |draws: &[Draw], of_aov: bool| -> Vec<PassFact> {
-        let facts = |pass: super::DrawPass| {
+        let facts = |pass: DrawPass| {
             let of = |what: fn(&Draw) -> Option<Variant>| -> Vec<String> {
                 let told = |index: &usize| Some(told(&draws[*index], &what(&draws[*index])?));
                 pass.draws.iter().filter_map(told).collect()
             };
-            let drawn: fn(&Draw) -> Option<Variant> =
-                if pass.shades { |draw| Some(draw.variant) } else { |draw| draw.depth.or(Some(draw.variant)) };
+            let drawn: fn(&Draw) -> Option<Variant> = match pass.part {
+                Part::Write => |draw| draw.visibility,
+                _ if pass.shades => |draw| Some(draw.variant),
+                _ => |draw| draw.depth.or(Some(draw.variant)),
+            };
             let mut facts = Vec::new();
             if pass.round > 0 {
                 facts.push(PassFact { name: depth_tiles::PASS, draws: Vec::new() });
             }
-            let culling = of(|draw| draw.cull);
-            if !culling.is_empty() {
-                facts.push(PassFact { name: pass.culling(), draws: culling });
+            if pass.lists(draws) {
+                facts.push(PassFact { name: pass.culling(), draws: of(|draw| draw.cull) });
             }
             facts.push(PassFact { name: pass.name, draws: of(drawn) });
             facts

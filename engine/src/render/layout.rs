@@ -238,6 +238,8 @@ shared! {
         round: u32,
         /// Of the same: 1 where what is dropped is counted.
         counted: u32,
+        /// Of a draw that reads the visibility buffer: 1 where it draws one triangle over the picture.
+        resolves: u32,
         /// Of a draw that dices: its first triangle.
         first: u32,
         /// Of the same: patches along an edge of each triangle, a power of two.

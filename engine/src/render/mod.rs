@@ -13,6 +13,7 @@ pub mod explain;
 mod geometry;
 pub mod layout;
 mod meshlets;
+mod passes;
 pub mod plan;
 mod pyramid;
 pub mod reload;
@@ -24,6 +25,7 @@ mod tangent_frames;
 mod tests;
 pub mod variant;
 pub mod view;
+mod visibility;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -37,6 +39,7 @@ use self::culling::Culled;
 use self::deform::{Deformer, Pose};
 use self::depth_tiles::{DepthTiles, TilePass};
 use self::layout::{Frame, Object};
+use self::passes::{DrawPass, EDGES, Part, passes};
 use self::plan::{
     Draw, Plan,
     fade::{self, Span},
@@ -46,6 +49,7 @@ use self::resources::{Images, Primitive, Slot};
 use self::shadow::ShadowMaps;
 use self::variant::{Geometry, Pass, Variant};
 use self::view::View;
+use self::visibility::Visibility;
 use crate::aov::Aov;
 use crate::error::{Error, Result};
 use crate::gpu::{
@@ -150,16 +154,6 @@ pub struct Output {
 #[derive(Clone, Default)]
 pub struct Pipelines(HashMap<Variant, Arc<Pipeline>>);
 
-/// Whether a draw is part of a shell.
-fn is_shell(draw: &Draw) -> bool {
-    draw.variant.geometry.stage().is_some()
-}
-
-/// Whether a draw is of lines over the picture.
-fn is_edges(draw: &Draw) -> bool {
-    matches!(draw.variant.geometry, Geometry::BaseEdges | Geometry::PrismEdges)
-}
-
 /// Draws one scene.
 pub struct Renderer {
     ctx: Context,
@@ -178,6 +172,8 @@ pub struct Renderer {
     sets: Vec<DescriptorSet>,
     /// The same of those whose depth comes first.
     depth_sets: Vec<Option<DescriptorSet>>,
+    /// The same of those that write the visibility buffer.
+    visibility_sets: Vec<Option<DescriptorSet>>,
     /// Set 1 of each of [`Plan::aov_draws`].
     aov_sets: Vec<DescriptorSet>,
     slots: Vec<Slot>,
@@ -203,60 +199,10 @@ struct Targets {
     aov: Option<AovTargets>,
     /// Depth of [`Plan::aov_draws`].
     aov_depth: Option<Image>,
+    /// Where walks begin at the lids that it names.
+    visibility: Option<Visibility>,
     /// Camera of the last recorded frame: AOV positions are relative to it.
     camera: DVec3,
-}
-
-/// The pass of lines over the picture.
-const EDGES: &str = "edges";
-
-/// Draws into one set of targets.
-struct DrawPass {
-    name: &'static str,
-    /// Indices of the draws.
-    draws: Vec<usize>,
-    /// Of [`Plan::aov_draws`].
-    of_aov: bool,
-    /// Colours too, not depth alone.
-    shades: bool,
-    /// Whether it is the first to draw depth, and to shade.
-    clear: [bool; 2],
-    /// 1 where it draws what the depth so far does not hide of shells, and the pass before it did not draw.
-    round: u32,
-}
-
-impl DrawPass {
-    /// Name of the pass before it that lists its prisms.
-    fn culling(&self) -> &'static str {
-        if self.round == 0 { "culling" } else { "culling again" }
-    }
-}
-
-/// Depth first, where it comes first. Then surfaces: they are cheap, and their depth spares the shells' fragments behind
-/// them. Lines over all of it last. The picture has a pass even without any draw, to be cleared.
-fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
-    let (edges, filled): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_edges(&draws[*i]));
-    let (shells, surfaces): (Vec<_>, Vec<_>) = filled.into_iter().partition(|i| is_shell(&draws[*i]));
-    let depths: Vec<_> = surfaces.iter().chain(&shells).copied().filter(|i| draws[*i].depth.is_some()).collect();
-    let [surface, shell] = if of_aov { ["surface aov", "shell aov"] } else { ["surface", "shell"] };
-    let mut passes = Vec::new();
-    let mut clear = [true; 2];
-    let again: Vec<_> = shells.iter().copied().filter(|i| draws[*i].hides()).collect();
-    for (name, indices, shades, round) in [
-        ("depth", depths, false, 0),
-        (surface, surfaces, true, 0),
-        (shell, shells, true, 0),
-        ("shell again", again, true, 1),
-        (EDGES, edges, true, 0),
-    ] {
-        let needed = name == "surface" && draws.is_empty();
-        if indices.is_empty() && !needed {
-            continue;
-        }
-        passes.push(DrawPass { name, draws: indices, of_aov, shades, clear, round });
-        clear = [false, clear[1] && !shades];
-    }
-    passes
 }
 
 impl Renderer {
@@ -297,6 +243,7 @@ impl Renderer {
             pipelines: pipelines.0.clone(),
             sets: Vec::new(),
             depth_sets: Vec::new(),
+            visibility_sets: Vec::new(),
             aov_sets: Vec::new(),
             slots: Vec::new(),
             culled: Vec::new(),
@@ -342,10 +289,10 @@ impl Renderer {
                     "use --msaa 1, or another --gpu",
                 ));
             }
-            for variant in draw.cull.iter().chain(&draw.depth).chain([&draw.variant]) {
-                if !self.pipelines.contains_key(variant) {
-                    let pipeline = Arc::new(self.pipeline(compiler, variant)?);
-                    self.pipelines.insert(*variant, pipeline);
+            for variant in draw.all_variants() {
+                if !self.pipelines.contains_key(&variant) {
+                    let pipeline = Arc::new(self.pipeline(compiler, &variant)?);
+                    self.pipelines.insert(variant, pipeline);
                 }
             }
         }
@@ -371,6 +318,7 @@ impl Renderer {
         let sets = own(&plan.draws)?;
         let depth_sets = sets_of(&plan.draws, |draw| draw.depth)?;
         let cull_sets = sets_of(&plan.draws, |draw| draw.cull)?;
+        let visibility_sets = sets_of(&plan.draws, |draw| draw.visibility)?;
         let aov_sets = own(&plan.aov_draws)?;
         let shadow_maps = plan
             .shadow_maps
@@ -385,7 +333,11 @@ impl Renderer {
         let format = self.output.color_format;
         let resolve = (settings.msaa > 1).then(|| Resolve::new(&self.ctx, compiler, format)).transpose()?;
         // Their samples and uses may be others, and their sets are of the pipelines.
-        let others = resolve.is_some() || self.resolve.is_some() || tile_pass.is_some() || self.tile_pass.is_some();
+        let others = resolve.is_some()
+            || self.resolve.is_some()
+            || tile_pass.is_some()
+            || self.tile_pass.is_some()
+            || plan.has_visibility() != self.plan.has_visibility();
         if others {
             self.targets = None;
         }
@@ -397,6 +349,7 @@ impl Renderer {
         self.deformers = deformers;
         self.sets = sets;
         self.depth_sets = depth_sets;
+        self.visibility_sets = visibility_sets;
         self.aov_sets = aov_sets;
         self.culled = culled;
         self.cull_sets = cull_sets;
@@ -492,10 +445,11 @@ impl Renderer {
         self.targets.as_mut().expect("resize made them").camera = view.position;
         let targets = self.targets.as_ref().expect("resize made them");
         let mut extra: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
+        extra.extend(targets.visibility.iter().flat_map(Visibility::bindings));
         extra.extend(targets.tiles.iter().map(|tiles| ("depth_tiles", Binding::Buffer(&tiles.tiles))));
         let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
-        for variant in drawn.flat_map(|draw| draw.cull.iter().chain(&draw.depth).chain([&draw.variant])) {
-            self.slots[slot].prepare(&self.ctx, variant, &self.pipelines[variant], &extra)?;
+        for variant in drawn.flat_map(Draw::all_variants) {
+            self.slots[slot].prepare(&self.ctx, &variant, &self.pipelines[&variant], &extra)?;
         }
 
         for depth in std::iter::once(&targets.depth).chain(&targets.aov_depth) {
@@ -534,7 +488,7 @@ impl Renderer {
                 let shown = |i: &&usize| draws[**i].variant.cull.is_some() && draws[**i].span == spans[**i];
                 let fresh: Vec<_> =
                     pass.draws.iter().filter(shown).copied().filter(|i| tested.insert((*i, pass.round))).collect();
-                if pass.draws.iter().any(|index| draws[*index].cull.is_some()) {
+                if pass.lists(draws) {
                     if let Some(timers) = timers.as_deref_mut() {
                         timers.begin(cmd, slot, pass.culling());
                     }
@@ -570,19 +524,31 @@ impl Renderer {
                     culled.before_tasks(cmd);
                     self.slots[slot].recount(cmd, culler);
                 }
+                if let Some(visibility) = &targets.visibility {
+                    visibility.before(cmd, pass.part, (!pass.clear[0]).then_some(&targets.depth));
+                }
                 self.begin_pass(cmd, &pass, target);
                 for index in pass.draws {
                     let draw = &draws[index];
                     if draw.span != spans[index] {
                         continue;
                     }
-                    let (variant, set) = match (&draw.depth, self.depth_sets.get(index)) {
-                        (Some(depth), Some(Some(set))) if !pass.shades => (depth, set),
-                        _ => (&draw.variant, &sets[index]),
+                    let (variant, set) = match (&draw.depth, &draw.visibility) {
+                        (Some(depth), _) if !pass.shades => (depth, self.depth_sets[index].as_ref()),
+                        (_, Some(visibility)) if pass.part == Part::Write => {
+                            (visibility, self.visibility_sets[index].as_ref())
+                        }
+                        _ => (&draw.variant, Some(&sets[index])),
                     };
-                    let sets = [self.slots[slot].set(variant), set];
+                    let sets = [self.slots[slot].set(variant), set.expect("made with the variant")];
                     let counted = u32::from(fresh.contains(&index));
-                    let push = layout::Draw { round: pass.round, counted, ..self.push(draw, index, cut[index]) };
+                    let resolves = u32::from(pass.part == Part::Resolve);
+                    let push =
+                        layout::Draw { round: pass.round, counted, resolves, ..self.push(draw, index, cut[index]) };
+                    if resolves != 0 {
+                        let Some([origin, extent]) = self.resolved(&view, draw) else { continue };
+                        cmd.set_scissor(origin, extent);
+                    }
                     self.record_draw(cmd, draw, variant, sets, index, &frame, &objects[index], &push);
                 }
                 cmd.end_rendering();
@@ -615,6 +581,9 @@ impl Renderer {
         let image = targets.aov_depth.as_ref().filter(|_| pass.of_aov).unwrap_or(&targets.depth);
         let depth = DepthAttachment { image, clear: clear_depth.then_some(0.0), store: true };
         let extent = target.extent();
+        if let (Some(visibility), Part::Write) = (&targets.visibility, pass.part) {
+            return visibility.begin_pass(cmd, clear_depth);
+        }
         cmd.begin_rendering(&RenderingDesc { name: pass.name, color: &color, depth: Some(depth), extent });
     }
 
@@ -649,6 +618,14 @@ impl Renderer {
         self.plan.draws.iter().zip(objects).map(of).collect()
     }
 
+    /// Where a draw's walks may begin, in pixels; nowhere if it lies outside the picture.
+    fn resolved(&self, view: &View, draw: &Draw) -> Option<[[u32; 2]; 2]> {
+        let primitive = &self.primitives[draw.primitive];
+        // Where a pose reaches is known on the GPU only.
+        let bounds = primitive.rest.is_none().then_some((primitive.center, primitive.extent));
+        view.pixels(&self.transforms[draw.instance], bounds)
+    }
+
     /// The push constants of a draw. `index`: of its object. `cut`: see [`Renderer::objects`].
     fn push(&self, draw: &Draw, index: usize, cut: bool) -> layout::Draw {
         let prism_count = draw.range.end;
@@ -675,6 +652,10 @@ impl Renderer {
         object: &Object,
         push: &layout::Draw,
     ) {
+        if push.count == 0 {
+            // Some drivers compile at a pipeline's first draw, even of nothing.
+            return;
+        }
         let pipeline = &self.pipelines[variant];
         let primitive = &self.primitives[draw.primitive];
         cmd.bind_pipeline(pipeline);
@@ -686,6 +667,9 @@ impl Renderer {
         }
         cmd.push(pipeline, push);
         match draw.variant.geometry {
+            // One workgroup, or primitive, makes the triangle over the picture.
+            Geometry::Lids(Stage::Mesh) if push.resolves != 0 => cmd.draw_mesh_tasks(1, 1, 1),
+            _ if push.resolves != 0 => cmd.draw(3, 1, 0, 0),
             _ if variant.cull.is_some() && draw.cull.is_some() => {
                 if let Some(culled) = &self.culled[index] {
                     culled.draw(cmd, push.count);
@@ -809,9 +793,12 @@ impl Renderer {
         let one = vk::SampleCountFlags::TYPE_1;
         let depth_usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
         let read = if self.tile_pass.is_some() { vk::ImageUsageFlags::SAMPLED } else { vk::ImageUsageFlags::empty() };
-        let depth = image("depth", DEPTH_FORMAT, samples, depth_usage | read)?;
+        let named = self.plan.has_visibility();
+        let copied = if named { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+        let depth = image("depth", DEPTH_FORMAT, samples, depth_usage | read | copied)?;
+        let visibility = named.then(|| Visibility::new(&self.ctx, extent)).transpose()?;
         let tiles = self.tile_pass.as_ref().map(|pass| pass.tiles(&self.ctx, &depth)).transpose()?;
-        if tiles.is_some() {
+        if tiles.is_some() || visibility.is_some() {
             // Their sets name the old ones.
             self.slots.clear();
         }
@@ -821,7 +808,7 @@ impl Renderer {
         let aov = self.output.aov.then(|| AovTargets::new(&self.ctx, extent)).transpose()?;
         let aov_depth = || image("depth of AOVs", DEPTH_FORMAT, one, depth_usage);
         let aov_depth = (samples.is_some() && self.output.aov).then(aov_depth).transpose()?;
-        self.targets = Some(Targets { depth, tiles, samples, aov, aov_depth, camera: DVec3::ZERO });
+        self.targets = Some(Targets { depth, tiles, samples, aov, aov_depth, visibility, camera: DVec3::ZERO });
         Ok(())
     }
 }
@@ -837,6 +824,9 @@ fn variant_pipeline(ctx: &Context, output: Output, variant: &Variant, shaders: &
         return Pipeline::compute(ctx, &variant.name(), shader);
     }
     let mut color_formats = Vec::new();
+    if variant.pass == Pass::Visibility {
+        color_formats.push(visibility::FORMAT);
+    }
     if variant.pass == Pass::Shade {
         color_formats.push(output.color_format);
         if variant.aov {

@@ -95,6 +95,8 @@ pub enum Pass {
     Light,
     /// What lists the prisms that may show, before the others.
     Cull,
+    /// The nearest lid of each pixel: the visibility buffer.
+    Visibility,
 }
 
 /// How unseen prisms are dropped before a draw, by a task stage or, for the geometry stage, by a pass.
@@ -202,6 +204,8 @@ pub struct Variant {
     pub deforms: bool,
     /// Unseen prisms are dropped.
     pub cull: Option<Cull>,
+    /// Its walks begin at the lids that the visibility buffer names.
+    pub visibility: bool,
     /// What it writes in place of the shaded colour, if anything.
     pub view: View,
 }
@@ -212,6 +216,17 @@ impl Variant {
         use ShaderStage as S;
         match self.geometry {
             _ if self.pass == Pass::Cull => &[("render/cull.comp", S::Compute)],
+            Geometry::Lids(Stage::Mesh) if self.pass == Pass::Visibility && self.cull.is_some() => {
+                &[("render/lids.task", S::Task), ("render/lids.mesh", S::Mesh), ("render/visibility.frag", S::Fragment)]
+            }
+            Geometry::Lids(Stage::Mesh) if self.pass == Pass::Visibility => {
+                &[("render/lids.mesh", S::Mesh), ("render/visibility.frag", S::Fragment)]
+            }
+            Geometry::Lids(_) if self.pass == Pass::Visibility => &[
+                ("render/lids.vert", S::Vertex),
+                ("render/lids.geom", S::Geometry),
+                ("render/visibility.frag", S::Fragment),
+            ],
             // The rasteriser's own depth is enough.
             Geometry::Surface
                 if self.pass != Pass::Shade
@@ -277,7 +292,7 @@ impl Variant {
             depth_behind: self.depth_behind && self.geometry != Geometry::Surface,
             // A lid seen from behind is where rays leave.
             double_sided: self.geometry == Geometry::Surface,
-            // Each light would have a view of its own to drop them by.
+            // Each light would have a view of its own to drop them by, and to name them in.
             cull: None,
             // A base surface stands where its depth says.
             height: depth.height.filter(|h| self.geometry != Geometry::Surface || h.depth_offset),
@@ -294,6 +309,7 @@ impl Variant {
         Variant {
             pass: Pass::Depth,
             depth_stands: false,
+            visibility: false,
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None, None, None],
             specular: false,
             channels: [Channel::G, Channel::B],
@@ -316,6 +332,13 @@ impl Variant {
         }
     }
 
+    /// What names the nearest lid of each pixel before it.
+    pub fn for_visibility(self) -> Variant {
+        let depth = self.for_depth();
+        let height = depth.height.map(|height| Height { march: March::None, dither: false, others: 0, ..height });
+        Variant { pass: Pass::Visibility, height, depth_behind: false, ..depth }
+    }
+
     /// What lists the prisms that it is to draw, where it does not do so itself.
     pub fn for_culling(self) -> Option<Variant> {
         let listed = self.cull.is_some() && self.geometry.stage() == Some(Stage::Geometry);
@@ -335,6 +358,7 @@ impl Variant {
             per_sample: false,
             deforms: false,
             cull: None,
+            visibility: false,
             ..Variant { alpha_mask: false, ..self }.for_depth()
         }
     }
@@ -351,13 +375,17 @@ impl Variant {
 
     /// Whether its fragments write their depth.
     pub fn writes_depth(&self) -> bool {
-        self.geometry.stage().is_some() || self.depth_shift.is_some() || self.height.is_some_and(|h| h.depth_offset)
+        self.pass != Pass::Visibility
+            && (self.geometry.stage().is_some()
+                || self.depth_shift.is_some()
+                || self.height.is_some_and(|h| h.depth_offset))
     }
 
     /// Whether some of its fragments end without a trace.
     pub fn discards(&self) -> bool {
         let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
-        self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height)
+        self.pass != Pass::Visibility
+            && (self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height))
     }
 
     /// Whether its textures, or what it shows of them, are on a UV set.
@@ -405,6 +433,7 @@ impl Variant {
             Pass::Depth => format!("depth: {name}"),
             Pass::Light => format!("shadow map: {name}"),
             Pass::Cull => format!("culling: {name}"),
+            Pass::Visibility => format!("visibility: {name}"),
         }
     }
 
@@ -429,6 +458,7 @@ impl Variant {
         flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
+        flag("VISIBILITY", self.visibility);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);
         flag("SHADOW_MAPS", self.shadow_maps);
         flag("HAS_LIGHTS", self.lights);

@@ -3,7 +3,7 @@
 //! A product of large numbers that nearly cancel (a camera 20 km from the origin, looking at something beside it) is
 //! taken here, in f64; f32 sees only its small result.
 
-use glam::{DAffine3, DMat4, DVec3, DVec4, Vec4};
+use glam::{DAffine3, DMat4, DVec2, DVec3, DVec4, Vec4};
 
 use super::layout::{Frame, Light as GpuLight, Object, ShadowView};
 use super::plan::fade::Fade;
@@ -153,6 +153,31 @@ impl View {
         low.cmple(extent).all() && high.cmpge(-extent).all()
     }
 
+    /// First pixel and size of the part of the picture in which a box may be drawn, of half extents around a centre in the
+    /// mesh space of `transform`; all of it where the box is not known. None where it is outside.
+    pub fn pixels(&self, transform: &DAffine3, bounds: Option<(DVec3, DVec3)>) -> Option<[[u32; 2]; 2]> {
+        // The rasteriser's snapping, and what is drawn grown.
+        const MARGIN: f64 = 2.0;
+        let whole = Some([[0, 0], self.extent]);
+        let Some((center, extent)) = bounds else { return whole };
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for corner in 0..8u32 {
+            let side = DVec3::from_array([0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 }));
+            let at = transform.transform_point3(center + side * extent) - self.position;
+            let clip = self.projection * at.extend(1.0);
+            // Rows x, y, clip w, view depth.
+            if clip.w <= self.lens[2] {
+                return whole;
+            }
+            let place = clip.truncate().truncate() / clip.z;
+            (low, high) = (low.min(place), high.max(place));
+        }
+        let size = DVec2::from_array(self.extent.map(f64::from));
+        let pixel = |ndc: DVec2, margin: f64| (0.5 * (ndc + 1.0) * size + margin).clamp(DVec2::ZERO, size);
+        let (first, end) = (pixel(low, -MARGIN).floor().as_uvec2(), pixel(high, MARGIN).ceil().as_uvec2());
+        first.cmplt(end).all().then(|| [first.to_array(), (end - first).to_array()])
+    }
+
     /// A light, camera-relative.
     pub fn light(&self, light: &Light) -> GpuLight {
         let (local, spot) = match light.kind {
@@ -202,6 +227,25 @@ mod tests {
             let mirrored = view.object(&DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)), DVec3::ZERO).handedness.x;
             assert_eq!([plain, mirrored], [1.0, -1.0]);
         }
+    }
+
+    #[test]
+    fn a_box_is_drawn_within_its_pixels() {
+        let camera = Camera {
+            transform: DAffine3::IDENTITY,
+            projection: Projection::Perspective { fov_y: 90f64.to_radians(), near: 0.1, far: None },
+        };
+        let view = View::new(&camera, [200, 100]);
+        let at = |x, y, z| DAffine3::from_translation(DVec3::new(x, y, z));
+        let pixels = |transform, half| view.pixels(&transform, Some((DVec3::ZERO, DVec3::splat(half))));
+        // Focal length 1, aspect 2: its front, 4 away, spans a quarter of the height up and down.
+        assert_eq!(pixels(at(0.0, 0.0, -5.0), 1.0), Some([[85, 35], [30, 30]]));
+        // Cut off by the left edge of the picture, and beyond it.
+        assert_eq!(pixels(at(-10.0, 0.0, -5.0), 1.0), Some([[0, 35], [27, 30]]));
+        assert_eq!(pixels(at(-20.0, 0.0, -5.0), 1.0), None);
+        // Around the eye, or not known.
+        assert_eq!(pixels(at(0.0, 0.0, 0.0), 1.0), Some([[0, 0], [200, 100]]));
+        assert_eq!(view.pixels(&DAffine3::IDENTITY, None), Some([[0, 0], [200, 100]]));
     }
 
     #[test]

@@ -4,7 +4,9 @@ use clap::{
     ArgAction, Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use prism_engine::settings::{DepthPrepass, March, PrismCulling, SelfShadow, Shell, Silhouette, Stage, View};
+use prism_engine::settings::{
+    DepthPrepass, March, PrismCulling, SelfShadow, Shell, Silhouette, Stage, View, VisibilityBuffer,
+};
 
 use super::value::{on_off, share, words};
 
@@ -79,6 +81,11 @@ pub struct LookArgs {
     /// nearer, their shell's horizon included; auto: where it pays, as `explain` tells [default: auto]
     #[arg(long, value_parser = words(PrismCulling::ALL, PrismCulling::name))]
     pub prism_culling: Option<PrismCulling>,
+
+    /// Whether walks begin at the lids that a visibility buffer names, each pixel's nearest one; auto: where triangles are
+    /// so small that it pays, as `explain` tells [default: auto]
+    #[arg(long, value_parser = words(VisibilityBuffer::ALL, VisibilityBuffer::name))]
+    pub visibility_buffer: Option<VisibilityBuffer>,
 
     /// Whether lights cast shadows through maps of what they see, drawn by the same tracer
     /// [default: off, on where the sample says so]

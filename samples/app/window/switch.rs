@@ -4,6 +4,7 @@
 
 use prism_engine::settings::{
     DepthPrepass, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+    VisibilityBuffer,
 };
 
 /// The same settings with the shell switched on or off: the march follows where it must.
@@ -111,6 +112,9 @@ pub fn fitting(mut settings: Settings) -> Settings {
     if !shelled(&settings) || settings.msaa > 1 || settings.depth_prepass == DepthPrepass::On {
         settings.prism_culling = PrismCulling::Auto;
     }
+    if !names_lids(&settings) {
+        settings.visibility_buffer = VisibilityBuffer::Auto;
+    }
     settings.pixel_lod &= !shelled(&settings) && march.reads_lods();
     settings.dither &= march.steps();
     settings.ambient_occlusion &= march != March::None;
@@ -118,6 +122,16 @@ pub fn fitting(mut settings: Settings) -> Settings {
         settings.view = View::Shaded;
     }
     settings
+}
+
+/// Whether walks can begin at the lids of a visibility buffer.
+pub fn names_lids(settings: &Settings) -> bool {
+    shelled(settings)
+        && settings.resolved_shell() == Shell::Walk
+        && settings.msaa == 1
+        && settings.depth_prepass != DepthPrepass::On
+        && settings.prism_culling != PrismCulling::Hidden
+        && settings.view != View::Limits
 }
 
 /// The same settings with four samples a pixel in place of one, or the other way round.

@@ -11,7 +11,9 @@ use crate::render::aov::AovTargets;
 use crate::render::geometry::PrimitiveData;
 use crate::render::layout::{Counters, Frame, Light, Object, ShadowView};
 use crate::render::plan::{self, Plan};
-use crate::render::{DEPTH_FORMAT, baseline, blue_noise, culling, deform, depth_tiles, pyramid, resources, shadow};
+use crate::render::{
+    DEPTH_FORMAT, baseline, blue_noise, culling, deform, depth_tiles, pyramid, resources, shadow, visibility,
+};
 use crate::scene::{HeightTexels, Scene, Wrap};
 use crate::settings::{March, Settings};
 use crate::shell::occlusion;
@@ -172,6 +174,11 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
     let Situation { extent, output, .. } = *situation;
     add("picture".into(), extent, output.color_format, 1, 1);
     add("depth".into(), extent, DEPTH_FORMAT, 1, settings.msaa);
+    if plan.has_visibility() {
+        for (name, format) in visibility::IMAGES {
+            add(name.into(), extent, format, 1, 1);
+        }
+    }
     if settings.msaa > 1 {
         add("samples".into(), extent, output.color_format, 1, settings.msaa);
     }

@@ -79,6 +79,12 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     part("surface data", variant.aov, "they are asked for", "not asked for");
     part("loop counters", height(|h| h.count_limits), "--stats counts loops that give up", "not asked for");
     part("read counters", height(|h| h.count_reads), "the report counts reads of height maps", "not asked for");
+    part(
+        "visibility buffer",
+        variant.visibility,
+        "its walks begin at each pixel's nearest lid",
+        "it begins where it is drawn",
+    );
     part("depth stands already", variant.depth_stands, "a pass before it drew its depth", "it draws its own depth");
     let light = variant.pass == Pass::Light;
     part(

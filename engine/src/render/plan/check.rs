@@ -84,6 +84,7 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
     }
     tangents::check(scene, settings)?;
     check_culling(scene, settings)?;
+    super::visibility::check(scene, settings)?;
     if let Some(Baseline::Diced { edge, .. }) = settings.baseline
         && !(edge.is_finite() && edge > 0.0)
     {

@@ -63,6 +63,7 @@ pub(super) fn plan_draws(
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
         cull: None,
+        visibility: false,
         // Of the others some add to the shaded picture.
         view: match settings.view {
             View::Base | View::Wireframe | View::Error => View::Shaded,
@@ -78,6 +79,7 @@ pub(super) fn plan_draws(
                 variant,
                 depth: None,
                 cull: None,
+                visibility: None,
                 range,
                 span,
             });

@@ -8,6 +8,7 @@ mod lights;
 mod meshes;
 mod needs;
 pub mod tangents;
+mod visibility;
 
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
@@ -39,6 +40,8 @@ pub struct Draw {
     pub depth: Option<Variant>,
     /// The pass that lists the prisms it draws, where its stage does not drop the others itself.
     pub cull: Option<Variant>,
+    /// What writes its nearest lids into the visibility buffer, where its walks begin at those.
+    pub visibility: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
     /// When it is drawn; always where nothing fades.
@@ -111,9 +114,24 @@ impl Plan {
     pub fn hides(&self) -> bool {
         self.draws.iter().any(Draw::hides)
     }
+
+    /// Whether some walks begin at the lids of a visibility buffer.
+    pub fn has_visibility(&self) -> bool {
+        self.draws.iter().any(|draw| draw.visibility.is_some())
+    }
 }
 
 impl Draw {
+    /// Whether it is part of a shell.
+    pub fn is_shell(&self) -> bool {
+        self.variant.geometry.stage().is_some()
+    }
+
+    /// All that it is drawn by, in the order of the frame.
+    pub fn all_variants(&self) -> impl Iterator<Item = Variant> {
+        self.cull.into_iter().chain(self.depth).chain(self.visibility).chain([self.variant])
+    }
+
     /// Whether those of its prisms are dropped that what is nearer hides.
     pub fn hides(&self) -> bool {
         self.variant.cull.is_some_and(|cull| cull.hidden)
@@ -142,10 +160,12 @@ pub fn plan(scene: &Scene, settings: &Settings, stage: Stage, aov: bool) -> Plan
         plan.notices.push("surface data are asked for, which no height fades in: the picture is drawn so too".into());
     }
     trim(settings, &mut plan);
+    visibility::decide(scene, settings, &mut plan);
     plan_culling(scene, settings, stage, &mut plan);
     plan_samples(settings, aov, &mut plan);
     plan_streams(scene, &mut plan);
     plan_depths(settings, &mut plan);
+    visibility::complete(&mut plan);
     plan_edges(settings, &mut plan);
     if plan.draws.iter().any(|d| d.variant.geometry.stage().is_some()) {
         plan.stage = Some(stage);
@@ -193,6 +213,7 @@ fn plan_streams(scene: &Scene, plan: &mut Plan) {
 
 /// Which draws' prisms are dropped unseen, before the stage that makes them.
 fn plan_culling(scene: &Scene, settings: &Settings, stage: Stage, plan: &mut Plan) {
+    let named = plan.draws.iter().any(|draw| draw.variant.visibility);
     for draw in plan.draws.iter_mut().filter(|draw| draw.variant.geometry.stage().is_some()) {
         let planned = &plan.primitives[draw.primitive];
         let of = primitive_name(scene, planned.mesh, planned.primitive);
@@ -200,7 +221,7 @@ fn plan_culling(scene: &Scene, settings: &Settings, stage: Stage, plan: &mut Pla
         if !plan.ledger.decide(&of, "culling", needs::culling(settings, stage, prisms)) {
             continue;
         }
-        let hidden = plan.ledger.decide(&of, "culling of the hidden", needs::hidden_culling(settings));
+        let hidden = plan.ledger.decide(&of, "culling of the hidden", needs::hidden_culling(settings, named));
         draw.variant.cull = Some(Cull { hidden, counted: settings.count_limits });
         draw.cull = draw.variant.for_culling();
     }
@@ -237,7 +258,7 @@ fn plan_edges(settings: &Settings, plan: &mut Plan) {
             continue;
         }
         let variant = draw.variant.for_edges(geometry);
-        edges.push(Draw { variant, depth: None, cull: None, span: None, ..draw.clone() });
+        edges.push(Draw { variant, depth: None, cull: None, visibility: None, span: None, ..draw.clone() });
     }
     plan.draws.append(&mut edges);
 }

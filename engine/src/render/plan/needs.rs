@@ -223,12 +223,13 @@ pub fn culling(settings: &Settings, stage: Stage, prisms: usize) -> Need {
     }
 }
 
-/// Dropping those too that what is nearer hides.
-pub fn hidden_culling(settings: &Settings) -> Need {
+/// Dropping those too that what is nearer hides. `named`: walks begin at the lids of a visibility buffer.
+pub fn hidden_culling(settings: &Settings, named: bool) -> Need {
     match settings.prism_culling {
         PrismCulling::Hidden => Need::Yes("--prism-culling hidden".into()),
         PrismCulling::Auto if settings.msaa > 1 => Need::No("a pixel has several depths".into()),
         PrismCulling::Auto if settings.depth_prepass == DepthPrepass::On => Need::No("depth comes first".into()),
+        PrismCulling::Auto if named => Need::No("the visibility buffer spares their traces".into()),
         PrismCulling::Auto => Need::Yes("what lies behind others traces its rays in vain".into()),
         PrismCulling::Off | PrismCulling::View => Need::No("not asked for".into()),
     }

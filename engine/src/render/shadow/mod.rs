@@ -10,7 +10,7 @@ use super::layout::{self, ShadowView};
 use super::plan::ShadowPlan;
 use super::resources::Slot;
 use super::view::View;
-use super::{DEPTH_FORMAT, Renderer, is_shell};
+use super::{DEPTH_FORMAT, Renderer};
 use crate::error::Result;
 use crate::gpu::{
     Access, Binding, CommandEncoder, Context, DepthAttachment, DescriptorSet, Image, ImageDesc, PassTimers,
@@ -190,7 +190,7 @@ impl Renderer {
         }
         // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
         for shells in [false, true] {
-            for (index, draw) in plan.draws.iter().enumerate().filter(|(_, draw)| is_shell(draw) == shells) {
+            for (index, draw) in plan.draws.iter().enumerate().filter(|(_, draw)| draw.is_shell() == shells) {
                 let sets = [slots.set(&draw.variant), &maps.sets[index]];
                 let push = self.push(draw, index, cut[index]);
                 self.record_draw(cmd, draw, &draw.variant, sets, index, &frame, &objects[index], &push);

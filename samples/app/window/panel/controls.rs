@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use egui::{ComboBox, DragValue, Response, Slider, Ui};
 use prism_engine::settings::{
-    DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
+    DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View, VisibilityBuffer,
 };
 
 use super::{Action, Facts, tips::Tips};
@@ -49,6 +49,7 @@ pub const FLAGS: &[&str] = &[
     "ambient-occlusion",
     "msaa",
     "depth-prepass",
+    "visibility-buffer",
     "eye",
 ];
 
@@ -320,6 +321,9 @@ fn shading(ui: &mut Ui, now: &mut Settings, facts: &Facts<'_>, tips: &Tips) {
     ui.checkbox(&mut four, "msaa 4").on_hover_text(tips.of("msaa"));
     now.msaa = if four { 4 } else { 1 };
     choice(ui, "depth-prepass", &mut now.depth_prepass, DepthPrepass::ALL, |_| true, tips);
+    ui.add_enabled_ui(switch::names_lids(now), |ui| {
+        choice(ui, "visibility-buffer", &mut now.visibility_buffer, VisibilityBuffer::ALL, |_| true, tips);
+    });
     *now = switch::fitting(now.clone());
 }
 
