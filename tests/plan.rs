@@ -17,7 +17,7 @@ use prism_engine::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
         LightKind, Material, Mesh, Procedure, Sampler, Scene, TextureRef, Wrap,
     },
-    settings::{March, PrismCulling, SelfShadow, Settings, Shell, Stage},
+    settings::{Baseline, Culling, Dicer, March, PrismCulling, SelfShadow, Settings, Shell, Stage},
 };
 use rig::{FORMAT, Rig, asset, square::square};
 
@@ -69,6 +69,18 @@ fn displaced(texels: impl Fn(u32) -> u16, scale: f64, midlevel: f64) -> Scene {
 /// Without order, of 16 bits.
 fn bumps(i: u32) -> u16 {
     (i.wrapping_mul(2_654_435_761) >> 16) as u16
+}
+
+/// With a map of normals and a base colour, and an occlusion on the second UV set.
+fn mapped(mut scene: Scene) -> Scene {
+    let texture = textured(&mut scene, 255);
+    let primitive = &mut scene.meshes[0].primitives[0];
+    primitive.tangents = vec![Vec4::new(1.0, 0.0, 0.0, 1.0); primitive.positions.len()];
+    primitive.uvs[1] = primitive.uvs[0].iter().map(|uv| 2.0 * *uv).collect();
+    scene.materials[0].base_color = Some(texture);
+    scene.materials[0].normal = Some((texture, 1.0));
+    scene.materials[0].occlusion = Some((TextureRef { tex_coord: 1, ..texture }, 0.5));
+    scene
 }
 
 /// A white picture with this alpha, read as a texture.
@@ -224,7 +236,19 @@ fn cases() -> Vec<Case> {
             ..Case::plain("one that is cut out by its alpha", with(floor(), &masked(30)))
         },
         Case {
-            lacks: &["white"],
+            images: &["base_color_map", "normal_map", "occlusion_map"],
+            has: &["white", "uvs_0", "uvs_1", "tangents"],
+            lacks: &["prisms"],
+            ..Case::plain("a normal map, and one on the second UV set", mapped(floor()))
+        },
+        Case {
+            images: &["base_color_map", "height_map", "normal_map", "occlusion_map"],
+            has: &["white", "uvs_0", "uvs_1", "tangents", "prisms"],
+            lacks: &["indices", "adjacency"],
+            ..Case::shell("the same on a shell", mapped(displaced(bumps, 0.2, 0.5)))
+        },
+        Case {
+            lacks: &["white", "uvs_0", "uvs_1", "tangents"],
             ..Case::plain(
                 "textures that nothing of shows",
                 with(floor(), &|scene| {
@@ -257,6 +281,14 @@ fn cases() -> Vec<Case> {
             behind: true,
             discard: true,
             ..Case::parallax("relief below the base surface", March::Relief, displaced(bumps, 0.2, 1.0))
+        },
+        Case {
+            settings: Settings { shell: Shell::Off, march: March::Relief, pixel_lod: true, ..Settings::default() },
+            images: &["height_map", "height_mips"],
+            has: &["bumps", "bumps mips"],
+            depth: true,
+            discard: true,
+            ..Case::parallax("heights at the LOD of each pixel", March::Relief, displaced(bumps, 0.2, 0.5))
         },
         Case::shell("prisms", displaced(bumps, 0.2, 0.5)),
         Case {
@@ -403,18 +435,18 @@ fn what_a_scene_needs_is_created_and_no_more() {
             assert_eq!(has("meshlets"), meshlets, "{of}");
             assert_eq!(has("kept prisms of draw 0"), culled && stage == Stage::Geometry, "{of}");
 
+            // Of vertices no more than its pipelines read.
+            let bound = |name: &str| {
+                let binds = |pipeline: &Pipeline| pipeline.bindings().iter().any(|binding| binding.name == name);
+                easel.pipelines().iter().any(|(_, pipeline)| binds(pipeline))
+            };
+            for stream in ["uvs_0", "uvs_1", "tangents"] {
+                assert_eq!(has(stream), bound(stream), "{of}: {stream}");
+            }
+
             // The same by its explanation: no allocation that it does not tell, and none that is not there.
             let told = explained(&case.scene, &settings, easel.plan());
-            let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
-            assert_eq!(names.cloned().collect::<BTreeSet<_>>(), allocated, "{of}");
-            let memory: std::collections::HashMap<_, _> = rig.context().memory_report().into_iter().collect();
-            for buffer in &told.buffers {
-                let real = memory[&buffer.name];
-                assert!(
-                    (buffer.bytes..=buffer.bytes.next_multiple_of(256)).contains(&real),
-                    "{of}: {buffer:?}, {real}"
-                );
-            }
+            assert_allocated(&rig, &told, &of);
             let pipelines: Vec<_> = easel.pipelines().into_iter().map(|(name, _)| name).collect();
             assert_eq!(told.pipelines.iter().map(|p| p.name.clone()).collect::<Vec<_>>(), pipelines, "{of}");
             let frame: Vec<_> = told.passes.iter().map(|pass| pass.name).filter(|name| *name != "resolve").collect();
@@ -422,6 +454,56 @@ fn what_a_scene_needs_is_created_and_no_more() {
             let names: BTreeSet<_> = enabled.iter().map(|feature| feature.name()).collect();
             assert_eq!(told.features.into_iter().collect::<BTreeSet<_>>(), names, "{of}");
             assert_eq!(told.extensions, extensions, "{of}");
+        }
+    }
+}
+
+/// What an explanation lists is what is allocated, no more and no less, and buffers are as large.
+#[track_caller]
+fn assert_allocated(rig: &Rig, told: &Explanation, of: &str) {
+    let names = told.buffers.iter().map(|buffer| &buffer.name).chain(told.images.iter().map(|i| &i.name));
+    let allocated: BTreeSet<_> = rig.allocations().into_iter().collect();
+    assert_eq!(names.cloned().collect::<BTreeSet<_>>(), allocated, "{of}");
+    let memory: std::collections::HashMap<_, _> = rig.context().memory_report().into_iter().collect();
+    for buffer in &told.buffers {
+        let real = memory[&buffer.name];
+        assert!((buffer.bytes..=buffer.bytes.next_multiple_of(256)).contains(&real), "{of}: {buffer:?}, {real}");
+    }
+}
+
+/// A mesh that changes shape, and what is drawn in a shell's place, have buffers of their own.
+#[test]
+fn buffers_of_posed_meshes_and_of_baselines_are_told() {
+    let still = displaced(bumps, 0.05, 0.5);
+    let mut posed = still.clone();
+    posed.meshes[0].deforms = true;
+    let mut shadowed = mapped(posed.clone());
+    shadowed.lights = vec![sun(DVec3::new(1.0, -0.1, 0.0))];
+    let walk = Settings { march: March::Relief, shell: Shell::Walk, ..Settings::default() };
+    let hard = Settings { self_shadow: SelfShadow::Hard, ..walk.clone() };
+    let prism = Settings { shell: Shell::Prism, ..walk.clone() };
+    let off = Settings { shell: Shell::Off, ..walk.clone() };
+    let instead = |baseline| Settings { baseline: Some(baseline), ..Settings::default() };
+    let micro_mesh = |culling| instead(Baseline::MicroMesh { density: 4, culling });
+    let diced = |by| instead(Baseline::Diced { by, edge: 4.0, culls: true });
+    let rest = ["floor pose", "floor fans", "floor.0 vertices at rest"];
+    for (of, scene, settings, has) in [
+        ("posed walk", &posed, walk, &["floor.0 adjacency at rest", rest[0], rest[1], rest[2]][..]),
+        ("posed, in shadows", &shadowed, hard, &["floor.0 boxes' order", "floor.0 tangents"]),
+        ("posed prisms", &posed, prism, &["floor.0 prisms at rest"]),
+        ("posed base surface", &posed, off, &rest),
+        ("micro-mesh", &still, micro_mesh(Culling::Off), &["floor.0 micro-vertices"]),
+        ("micro-mesh by triangle", &still, micro_mesh(Culling::Triangles), &["micro-indices kept"]),
+        ("tessellated", &still, diced(Dicer::Tessellation), &["floor.0 diced triangles"]),
+        ("diced by the mesh stage", &still, diced(Dicer::Mesh), &["floor.0 diced triangles"]),
+    ] {
+        let rig = Rig::asking(&[Feature::TessellationShader, Feature::TaskShader, Feature::MeshShader]);
+        let mut easel = rig.try_easel_with(scene, &settings, EXTENT, false).expect(of);
+        easel.passes(&scene.camera.unwrap());
+        let told = explained(scene, &settings, easel.plan());
+        assert_allocated(&rig, &told, of);
+        for name in has {
+            assert!(told.buffers.iter().any(|buffer| buffer.name == *name), "{of}: no {name}");
         }
     }
 }
@@ -541,6 +623,22 @@ fn the_reasons_follow_the_scene() {
     assert!(decided(&steps(256), &settings, "height map 'bumps'", "16 bits").0);
     let kept = Settings { keep_all: true, ..settings.clone() };
     assert!(decided(&steps(257), &kept, "height map 'bumps'", "16 bits").0);
+
+    // Mips, where a sampler reads at them.
+    for (no_mips, side, kept) in [(false, 4, true), (true, 4, false), (false, 1, false)] {
+        let mut scene = floor();
+        let texture = textured(&mut scene, 255);
+        let image = &mut scene.images[0];
+        (image.width, image.height) = (side, side);
+        image.rgba.truncate(4 * (side * side) as usize);
+        scene.materials[0].base_color =
+            Some(TextureRef { sampler: Sampler { no_mips, ..Sampler::default() }, ..texture });
+        assert_eq!(decided(&scene, &settings, "image 'white'", "mips").0, kept, "{no_mips}, {side}");
+        let plan = plan::plan(&scene, &settings, Stage::Mesh, false);
+        let told = explained(&scene, &settings, &plan);
+        let white = told.images.iter().find(|image| image.name == "white").expect("the picture");
+        assert_eq!(white.mips, if kept { 3 } else { 1 });
+    }
 
     // The steepest light that still grazes: tan of its elevation is the field's greatest slope.
     let mut scene = displaced(|i| if i % 8 == 4 { u16::MAX } else { 0 }, 0.02, 0.5);

@@ -10,7 +10,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{Outcome, Picture, draw, folder, program::Running};
+use common::{
+    Picture, draw, folder,
+    losing::{Losing, tells_of_the_loss},
+    prism,
+    program::Running,
+    window::{clean, comes_to_show, difference, headless, wait},
+};
 use x11rb::{
     connection::Connection,
     protocol::{
@@ -23,9 +29,6 @@ use x11rb::{
     },
     rust_connection::RustConnection,
 };
-
-/// For the window to come, to change, to go: a slow machine compiles shaders meanwhile.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What the keys send: the letters' own code points, and Escape's number in the X protocol.
 const ESCAPE: u32 = 0xff1b;
@@ -151,20 +154,6 @@ impl User {
     }
 }
 
-/// Asks again and again until there is an answer.
-#[track_caller]
-fn wait<T>(what: &str, process: &mut Running, mut ask: impl FnMut() -> Option<T>) -> T {
-    let begun = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(!process.ended(), "the program ended while the test waited for {what}; it said:\n{}", process.said());
-        assert!(begun.elapsed() < PATIENCE, "{what} did not come within {PATIENCE:?}");
-        thread::sleep(Duration::from_millis(30));
-    }
-}
-
 /// Waits until a window's title has a part.
 #[track_caller]
 fn titled(user: &User, window: Window, process: &mut Running, part: &str) {
@@ -189,48 +178,10 @@ fn open_sized(sample: &str, [width, height]: [u16; 2], flags: &str) -> Running {
     call.start()
 }
 
-/// The picture that the same sample gives without a window.
-fn headless(sample: &str, size: [u16; 2], flags: &str) -> Picture {
-    let folder = folder();
-    let flags = format!("--headless --size {}x{} {flags} --out frame.png", size[0], size[1]);
-    draw("run", sample).words(&flags).within(folder.path()).succeeds();
-    Picture::read(&folder.path().join("frame.png"))
-}
-
-/// The share of pixels that differ by more than a little.
-fn difference(a: &Picture, b: &Picture) -> f64 {
-    let differences = a.differences(b);
-    differences.iter().filter(|d| **d > 8).count() as f64 / differences.len() as f64
-}
-
 /// Waits until the window shows this picture.
 #[track_caller]
 fn shows(user: &User, window: Window, process: &mut Running, expected: &Picture) {
-    let mut last = f64::NAN;
-    let begun = Instant::now();
-    while begun.elapsed() < PATIENCE {
-        assert!(!process.ended(), "the program ended; it said:\n{}", process.said());
-        let seen = user.picture(window);
-        if (seen.width, seen.height) == (expected.width, expected.height) {
-            last = difference(&seen, expected);
-            if last < 0.01 {
-                return;
-            }
-        }
-        thread::sleep(Duration::from_millis(50));
-    }
-    let kept = common::leftovers();
-    user.picture(window).write(&kept.join("window-seen.png"));
-    expected.write(&kept.join("window-expected.png"));
-    panic!("the window is not the headless picture: {last:.3} of the pixels differ; see {}", kept.display());
-}
-
-#[track_caller]
-fn clean(outcome: Outcome) {
-    let outcome = outcome.ends(0);
-    // The window system has warnings of its own.
-    let told = |line: &str| line.starts_with("error: ") || line.to_lowercase().contains("validation");
-    assert!(!outcome.stderr.lines().any(told), "{outcome}");
+    comes_to_show(process, expected, || user.picture(window));
 }
 
 #[test]
@@ -570,6 +521,18 @@ fn it_ends_after_the_frames_that_were_asked_for() {
     let _ = user.window_of(&mut process);
     let outcome = process.wait().ends(0);
     assert!(outcome.stdout.contains("n=5"), "the statistics are of five frames\n{outcome}");
+}
+
+#[test]
+fn a_device_that_is_lost_ends_the_window_with_its_last_pass() {
+    let folder = folder();
+    let losing = Losing::new(folder.path());
+    let display = env::var_os("DISPLAY").expect("an X server");
+    for function in ["vkQueueSubmit2", "vkWaitForFences", "vkAcquireNextImageKHR", "vkQueuePresentKHR"] {
+        let run = prism("run prism_shell --size 160x120 --shell off --march none --frames 200 --validation off")
+            .env("DISPLAY", &display);
+        tells_of_the_loss(losing.loses(run, function, 30).run(), "surface");
+    }
 }
 
 #[test]

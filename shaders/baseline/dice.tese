@@ -15,8 +15,10 @@ layout(location = 7) patch in ivec4 in_edges[3];
 
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;
+#ifdef VERTEX_UVS
 layout(location = 2) out vec4 out_uvs;
-#ifdef NORMAL_UV
+#endif
+#ifdef VERTEX_TANGENTS
 layout(location = 3) out vec4 out_tangent;
 #endif
 
@@ -41,8 +43,10 @@ void main() {
     gl_Position = clip_position(objects.item[draw.object], vertex.position);
     out_position = vertex.position;
     out_normal = vertex.normal;
+#ifdef VERTEX_UVS
     out_uvs = vertex.uvs;
-#ifdef NORMAL_UV
+#endif
+#ifdef VERTEX_TANGENTS
     out_tangent = vertex.tangent;
 #endif
 }

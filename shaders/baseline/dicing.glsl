@@ -8,6 +8,7 @@
 #define BASELINE_DICING_GLSL
 
 #include "render/interface.glsl"
+#include "render/vertex_streams.glsl"
 #include "render/height_field.glsl"
 
 layout(std430, set = 1, binding = 17) readonly buffer DicedTriangleBlock { DicedTriangle item[]; } diced_triangles;
@@ -266,7 +267,7 @@ vec4 clip_position(Object object, vec3 p) {
 struct DicedVertex {
     vec3 position, normal; // mesh space
     vec4 uvs;
-#ifdef NORMAL_UV
+#ifdef VERTEX_TANGENTS
     vec4 tangent;
 #endif
 };
@@ -280,7 +281,7 @@ DicedVertex diced_vertex(DicedTriangle triangle, Place place) {
     vec2 uvs[3];
     DicedVertex result;
     result.uvs = vec4(0.0);
-#ifdef NORMAL_UV
+#ifdef VERTEX_TANGENTS
     result.tangent = vec4(0.0);
 #endif
     for (int k = 0; k < 3; ++k) {
@@ -289,9 +290,9 @@ DicedVertex diced_vertex(DicedTriangle triangle, Place place) {
         uvs[k] = vec2(vertex.shell.w, vertex.normal.w);
         lifts += abs(vertex.shell.xyz);
         authored += lambda[k] * vertex.normal.xyz;
-        result.uvs += lambda[k] * vertex.uvs;
-#ifdef NORMAL_UV
-        result.tangent += lambda[k] * vertex.tangent;
+        result.uvs += lambda[k] * vertex_uvs(triangle.corners[k]);
+#ifdef VERTEX_TANGENTS
+        result.tangent += lambda[k] * tangents.item[triangle.corners[k]];
 #endif
     }
     vec2 own = lambda.x * uvs[0] + lambda.y * uvs[1] + lambda.z * uvs[2];

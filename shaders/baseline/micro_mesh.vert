@@ -22,5 +22,6 @@ void main() {
     normal.y += normal.y < 0.0 ? fold : -fold;
     out_position = in_position;
     out_normal = normal;
+    // Read or not: what is in the layout and no shader takes is a message of the validation layer.
     out_uvs = in_uv.xyxy;
 }

@@ -5,6 +5,9 @@
 
 layout(std430, set = 0, binding = 9) readonly buffer RestVertexBlock { Vertex item[]; } rest_vertices;
 layout(std430, set = 0, binding = 10) writeonly buffer VertexBlock { Vertex item[]; } vertices;
+#ifdef VERTEX_TANGENTS
+layout(std430, set = 0, binding = 20) writeonly buffer TangentBlock { vec4 item[]; } tangents;
+#endif
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
@@ -17,6 +20,8 @@ void main() {
     vertex.position = frame.position;
     vertex.shell.xyz = fold_factor(weld, folds.item[weld]) * shell_normals.item[weld].xyz;
     vertex.normal.xyz = frame.normal.xyz;
-    vertex.tangent = frame.tangent;
     vertices.item[index] = vertex;
+#ifdef VERTEX_TANGENTS
+    tangents.item[index] = frame.tangent;
+#endif
 }

@@ -77,9 +77,10 @@ void main() {
 #endif
 
 #ifdef HAS_HEIGHT
-    shade_hit(object, in_prism, v, ndc, prism, settings, hit);
+    shade_hit(object, in_prism, data.corners.xyz, v, ndc, prism, settings, hit);
     count_reads();
 #else
-    write_shaded(shaded_at(object, in_prism, v, ndc, hit, vec2(0.0), false), hit, material.displacement.y);
+    Shaded shaded = shaded_at(object, in_prism, data.corners.xyz, v, ndc, hit, vec2(0.0), false);
+    write_shaded(shaded, hit, material.displacement.y);
 #endif
 }

@@ -5,6 +5,7 @@
 #include "render/interface.glsl"
 #include "render/material.glsl"
 #include "render/ray_fade.glsl"
+#include "render/vertex_streams.glsl"
 #ifndef DEPTH_ONLY
 #include "render/brdf.glsl"
 #include "render/output.glsl"
@@ -125,10 +126,10 @@ struct Shaded {
 #endif
 };
 
-// The surface in the pixel at `ndc`, whose ray hits prism `id` of `object` with corners `v`. slope: what the level gains
-// from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the height field, or on
+// The surface in the pixel at `ndc`, whose ray hits prism `id` of `object` with corners `v`, vertices `corners`. slope: what
+// the level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the height field, or on
 // a wall. DEPTH_ONLY: nothing but what alphaMode MASK cuts out.
-Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
+Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;
     vec3 e1 = v[1].position.xyz + hit.t * v[1].shell.xyz - s0;
@@ -166,10 +167,11 @@ Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, ve
     vec2 step_x = barycentric_step(across, e1, e2);
     vec2 step_y = barycentric_step(down, e1, e2);
     TexturePoint at[2];
+    vec4 uvs[3] = vec4[3](vertex_uvs(corners[0]), vertex_uvs(corners[1]), vertex_uvs(corners[2]));
     for (int i = 0; i < 2; ++i) {
-        vec2 a = i == 0 ? v[0].uvs.xy : v[0].uvs.zw;
-        vec2 b = (i == 0 ? v[1].uvs.xy : v[1].uvs.zw) - a;
-        vec2 c = (i == 0 ? v[2].uvs.xy : v[2].uvs.zw) - a;
+        vec2 a = i == 0 ? uvs[0].xy : uvs[0].zw;
+        vec2 b = (i == 0 ? uvs[1].xy : uvs[1].zw) - a;
+        vec2 c = (i == 0 ? uvs[2].xy : uvs[2].zw) - a;
         at[i] = TexturePoint(a + hit.lambda.y * b + hit.lambda.z * c, step_x.x * b + step_x.y * c,
                              step_y.x * b + step_y.y * c);
     }
@@ -183,7 +185,8 @@ Shaded shaded_at(Object object, uint id, Vertex v[3], vec2 ndc, ShellHit hit, ve
     shaded.position = position;
 #ifndef DEPTH_ONLY
 #ifdef NORMAL_UV
-    vec4 tangent = hit.lambda.x * v[0].tangent + hit.lambda.y * v[1].tangent + hit.lambda.z * v[2].tangent;
+    vec4 tangent = hit.lambda.x * tangents.item[corners[0]] + hit.lambda.y * tangents.item[corners[1]] +
+                   hit.lambda.z * tangents.item[corners[2]];
     normal = mapped_normal(m.normal, normal, tangent);
 #endif
 
@@ -243,8 +246,9 @@ void write_shaded(Shaded shaded, ShellHit hit, float height) {
 }
 
 #ifdef HAS_HEIGHT
-// Shades a hit in prism `id`.
-void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings, ShellHit hit) {
+// Shades a hit in prism `id`, whose vertices are `corners`.
+void shade_hit(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, Prism prism, MarchSettings settings,
+               ShellHit hit) {
     vec2 uv1 = prism.uv[1] - prism.uv[0], uv2 = prism.uv[2] - prism.uv[0];
     vec2 height_uv = prism.uv[0] + hit.lambda.y * uv1 + hit.lambda.z * uv2;
 #ifdef MARCH_NONE
@@ -254,7 +258,7 @@ void shade_hit(Object object, uint id, Vertex v[3], vec2 ndc, Prism prism, March
 #endif
     vec2 gradient = displaced ? settings.scale * height_gradient(height_uv, 0.0) : vec2(0.0);
     vec2 slope = vec2(dot(gradient, uv1), dot(gradient, uv2));
-    Shaded shaded = shaded_at(object, id, v, ndc, hit, slope, displaced);
+    Shaded shaded = shaded_at(object, id, corners, v, ndc, hit, slope, displaced);
 #ifdef SELF_SHADOW
     // A wall is seen from where its lower surface begins: from above that.
     float side = hit.wall < 0 ? shaded.side : 1.0;

@@ -15,8 +15,12 @@
 
 layout(location = 0) PER_SAMPLE in vec3 in_position;
 layout(location = 1) PER_SAMPLE in vec3 in_normal;
+#ifdef VERTEX_UVS
 layout(location = 2) PER_SAMPLE in vec4 in_uvs;
-#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
+#else
+const vec4 in_uvs = vec4(0.0);
+#endif
+#ifdef VERTEX_TANGENTS
 layout(location = 3) PER_SAMPLE in vec4 in_tangent;
 #endif
 #ifdef HAS_HEIGHT

@@ -1,14 +1,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "render/interface.glsl"
+#include "render/vertex_streams.glsl"
 
 // A depth pre-pass and the shading after it are to agree on it.
 invariant gl_Position;
 
 layout(location = 0) out vec3 out_position; // mesh space
 layout(location = 1) out vec3 out_normal;   // authored, mesh space
+#ifdef VERTEX_UVS
 layout(location = 2) out vec4 out_uvs;
-#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
+#endif
+#ifdef VERTEX_TANGENTS
 layout(location = 3) out vec4 out_tangent;
 #endif
 #ifdef HAS_HEIGHT
@@ -26,9 +29,11 @@ void main() {
     gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);
     out_position = vertex.position.xyz;
     out_normal = vertex.normal.xyz;
-    out_uvs = vertex.uvs;
-#if defined(NORMAL_UV) || defined(MESH_TANGENTS)
-    out_tangent = vertex.tangent;
+#ifdef VERTEX_UVS
+    out_uvs = vertex_uvs(gl_VertexIndex);
+#endif
+#ifdef VERTEX_TANGENTS
+    out_tangent = tangents.item[gl_VertexIndex];
 #endif
 #ifdef MESH_TANGENTS
     out_shear = vertex.position.w;

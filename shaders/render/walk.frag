@@ -75,7 +75,7 @@ void main() {
         shown = hit_depth >= frame.lens.z && hit_depth <= frame.lens.w;
         if (shown) {
             ShellHit shell_hit = ShellHit(true, hit_depth, hit.t, hit.lambda, hit.wall, hit.limits);
-            shade_hit(object, hit.prism, v, ndc, shaded, settings, shell_hit);
+            shade_hit(object, hit.prism, corners.xyz, v, ndc, shaded, settings, shell_hit);
         }
     }
     count_reads();

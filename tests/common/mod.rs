@@ -10,8 +10,10 @@ pub mod forms;
 pub mod frame;
 pub mod gltf;
 pub mod lens;
+pub mod losing;
 pub mod map;
 pub mod program;
+pub mod window;
 
 use std::path::{Path, PathBuf};
 

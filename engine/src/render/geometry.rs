@@ -24,6 +24,10 @@ pub struct PrimitiveData {
     pub center: DVec3,
     /// Per vertex.
     pub vertices: Vec<Vertex>,
+    /// UV sets 0 and 1, as in the file; each empty where nothing reads it.
+    pub uvs: [Vec<Vec2>; 2],
+    /// Shading tangents and handedness, with lengths where they frame the parallax; empty where nothing reads them.
+    pub tangents: Vec<Vec4>,
     /// Triangles of the base surface that are drawn as such.
     pub indices: Vec<[u32; 3]>,
     /// Prisms.
@@ -93,23 +97,26 @@ impl PrimitiveData {
             && !planned.deforms
             && plan::tangents::from_mesh(material, primitive, settings);
         let frames = if framed { tangent_frames::of_vertices(primitive, &height_uv) } else { Vec::new() };
-        let uv = |set: usize, v: usize| primitive.uvs[set].get(v).copied().unwrap_or_default();
-        let vertices = (0..primitive.positions.len())
+        let count = primitive.positions.len();
+        let uvs = [0, 1].map(|set: usize| {
+            let read = if planned.streams.uvs[set] { count } else { 0 };
+            (0..read).map(|v| primitive.uvs[set].get(v).copied().unwrap_or_default()).collect()
+        });
+        let tangent = |v: usize| match frames.get(v) {
+            Some(frame) => frame.tangent,
+            None => primitive.tangents.get(v).copied().unwrap_or_default(),
+        };
+        let tangents = (0..if planned.streams.tangents { count } else { 0 }).map(tangent).collect();
+        let vertices = (0..count)
             .map(|v| {
                 let height_uv = height_uv.get(v).copied().unwrap_or_default();
-                let (uv0, uv1) = (uv(0, v), uv(1, v));
-                let (tangent, shear) = match frames.get(v) {
-                    Some(frame) => (frame.tangent, frame.shear),
-                    None => (primitive.tangents.get(v).copied().unwrap_or_default(), 0.0),
-                };
+                let shear = frames.get(v).map_or(0.0, |frame| frame.shear);
                 // Where all heights are the same, the triangles themselves are moved to them.
                 let lift = planned.offset.unwrap_or(0.0) * planned.shell_normals[v].as_dvec3();
                 Vertex {
                     position: (primitive.positions[v].as_dvec3() + lift - center).as_vec3().extend(shear),
                     shell: planned.shell_normals[v].extend(height_uv.x),
                     normal: primitive.normals[v].extend(height_uv.y),
-                    tangent,
-                    uvs: Vec4::new(uv0.x, uv0.y, uv1.x, uv1.y),
                 }
             })
             .collect();
@@ -139,13 +146,17 @@ impl PrimitiveData {
             let [width, height] = map_size(scene, other.source);
             *slot = Vec4::new(other.scale as f32, other.midlevel as f32, width, height);
         }
+        // A baseline is made of them, and has none itself.
+        let prisms = if settings.baseline.is_some() { 0 } else { planned.shell.prisms.len() };
         let nodes =
             if planned.hierarchy { boxes(primitive, planned, center, settings.lod_fade.is_some()) } else { Vec::new() };
         PrimitiveData {
             center,
             vertices,
+            uvs,
+            tangents,
             indices,
-            prisms: (0..planned.shell.prisms.len()).map(|p| gpu_prism(planned, p)).collect(),
+            prisms: (0..prisms).map(|p| gpu_prism(planned, p)).collect(),
             walk: planned.walk.as_ref().map(|walk| WalkData::new(primitive, planned, walk)),
             refit: if planned.deforms { hierarchy::ranks(&nodes) } else { Vec::new() },
             hierarchy: nodes.into_iter().map(gpu_box).collect(),
@@ -157,11 +168,14 @@ impl PrimitiveData {
 }
 
 impl PrimitiveData {
-    /// What of it is uploaded, by its name after the primitive's, and in bytes.
-    pub fn buffers(&self) -> Vec<(&'static str, usize)> {
+    /// What of it is uploaded, by its name after the primitive's, and in bytes. `deforms`: its mesh does.
+    pub fn buffers(&self, deforms: bool) -> Vec<(&'static str, usize)> {
         let mut buffers = vec![
             ("indices", size_of_val(&self.indices[..])),
             ("vertices", size_of_val(&self.vertices[..])),
+            ("uvs_0", size_of_val(&self.uvs[0][..])),
+            ("uvs_1", size_of_val(&self.uvs[1][..])),
+            ("tangents", size_of_val(&self.tangents[..])),
             ("prisms", size_of_val(&self.prisms[..])),
             ("hierarchy", size_of_val(&self.hierarchy[..])),
             ("material", size_of_val(&self.material)),
@@ -174,6 +188,14 @@ impl PrimitiveData {
                 ("meshlets", size_of_val(&walk.meshlets.meshlets[..])),
                 ("meshlet_vertices", size_of_val(&walk.meshlets.vertices[..])),
                 ("meshlet_triangles", size_of_val(&walk.meshlets.triangles[..])),
+            ]);
+        }
+        if deforms {
+            buffers.extend([
+                ("vertices at rest", size_of_val(&self.vertices[..])),
+                ("prisms at rest", size_of_val(&self.prisms[..])),
+                ("adjacency at rest", self.walk.as_ref().map_or(0, |walk| size_of_val(&walk.adjacency[..]))),
+                ("boxes' order", self.refit.iter().map(|part| size_of_val(&part[..])).sum()),
             ]);
         }
         buffers.retain(|(_, bytes)| *bytes > 0);

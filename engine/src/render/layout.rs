@@ -146,7 +146,7 @@ shared! {
         /// Where heights fade: half extents of a box around the mesh's centre; w: [`super::plan::fade::Fade::scale`].
         fade: Vec4,
     }
-    /// One vertex.
+    /// One vertex: what every shell reads of it, and lids and walks gather. Tangents and UV sets have buffers of their own.
     Vertex {
         /// Position, rebased to the mesh's centre; w: see `tangent_frames`, where the mesh's tangents frame its parallax.
         position: Vec4,
@@ -154,10 +154,6 @@ shared! {
         shell: Vec4,
         /// Shading normal; w: v of the height map.
         normal: Vec4,
-        /// Shading tangent and handedness; zero where the material needs none. With lengths, where they frame its parallax.
-        tangent: Vec4,
-        /// UV sets 0 and 1, as in the file.
-        uvs: Vec4,
     }
     /// One prism.
     PrismData {
@@ -341,8 +337,9 @@ mod tests {
         let defines = |names: &[&'static str]| -> Vec<(&'static str, String)> {
             names.iter().map(|n| (*n, if n.ends_with("_UV") { "0".into() } else { String::new() })).collect()
         };
-        let mut shell = defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "ALPHA_MASK"]);
-        shell.extend(defines(&["BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
+        let mut shell =
+            defines(&["HAS_LIGHTS", "HAS_HEIGHT", "MARCH_RELIEF", "AOV_UV", "NORMAL_UV", "VERTEX_TANGENTS"]);
+        shell.extend(defines(&["ALPHA_MASK", "BASE_COLOR_UV", "METALLIC_ROUGHNESS_UV", "OCCLUSION_UV", "EMISSIVE_UV"]));
         shell.extend(defines(&["SPECULAR", "SPECULAR_UV", "SPECULAR_COLOR_UV"]));
         shell.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         shell.extend([("ROUGHNESS_CHANNEL", "g".into()), ("METALLIC_CHANNEL", "b".into())]);

@@ -29,6 +29,9 @@ pub const TEXTURE_NAMES: [&str; 7] = [
     "specular_color_map",
 ];
 
+/// What the UV sets of a mesh are called.
+pub const UV_SETS: [&str; 2] = ["first UV set", "second UV set"];
+
 /// The descriptor names of the maps of other fields, in their order.
 pub const OTHER_NAMES: [&str; MAX_OTHERS] =
     ["other_map_0", "other_map_1", "other_map_2", "other_map_3", "other_map_4", "other_map_5", "other_map_6"];
@@ -357,6 +360,18 @@ impl Variant {
         self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height)
     }
 
+    /// Whether its textures, or what it shows of them, are on a UV set.
+    pub fn reads_uvs(&self, set: u8) -> bool {
+        let shown = self.aov || self.view == View::Uv;
+        self.textures.contains(&Some(set)) || (shown && self.aov_uv == set)
+    }
+
+    /// Whether it reads tangents.
+    pub fn reads_tangents(&self) -> bool {
+        let [_, _, normal, ..] = self.textures;
+        normal.is_some() || self.height.is_some_and(|height| height.mesh_tangents)
+    }
+
     /// Whether it reads blue noise.
     pub fn dithers(&self) -> bool {
         self.depth_shift == Some(true) || self.height.is_some_and(|height| height.dither)
@@ -433,6 +448,11 @@ impl Variant {
         flag("VIEW_DEPTH", self.view == View::Depth);
         flag("VIEW_SHADOW", self.view == View::Shadow);
         flag("SAMPLE_SHADING", self.per_sample);
+        let uvs = [0, 1].map(|set| self.reads_uvs(set));
+        flag("VERTEX_UVS", uvs.contains(&true));
+        flag("VERTEX_UVS_0", uvs[0]);
+        flag("VERTEX_UVS_1", uvs[1]);
+        flag("VERTEX_TANGENTS", self.reads_tangents());
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());
         flag("DEPTH_BEHIND", self.depth_behind && self.writes_depth());

@@ -39,6 +39,15 @@ pub struct Sides {
     pub mirrored: bool,
 }
 
+/// Its buffers by name, for so many triangles, and their bytes.
+pub fn buffers(triangles: usize) -> [(&'static str, usize); 3] {
+    [
+        ("micro-indices kept", 3 * size_of::<u32>() * triangles),
+        ("micro-mesh command", size_of_val(&NOTHING)),
+        ("micro-mesh command, empty", size_of_val(&NOTHING)),
+    ]
+}
+
 /// The pass, and what it writes.
 pub struct TriangleCull {
     pipeline: Pipeline,
@@ -62,7 +71,8 @@ impl TriangleCull {
         triangles: usize,
     ) -> Result<Self> {
         use vk::BufferUsageFlags as U;
-        let bytes = 3 * size_of::<u32>() as u64 * triangles as u64;
+        let [kept, command, nothing] = buffers(triangles);
+        let bytes = kept.1 as u64;
         let most = u64::from(ctx.limits().max_storage_buffer_range);
         if bytes.max(vertices.size()) > most {
             return Err(Error::unsupported(
@@ -70,12 +80,12 @@ impl TriangleCull {
                 "cull by cluster, or make the micro-mesh coarser",
             ));
         }
-        let buffer = |name: &str, size: u64, usage: U| {
-            Buffer::new(ctx, &BufferDesc { name, size, usage, location: MemoryLocation::GpuOnly })
+        let buffer = |(name, bytes): (&str, usize), usage: U| {
+            Buffer::new(ctx, &BufferDesc { name, size: bytes as u64, usage, location: MemoryLocation::GpuOnly })
         };
-        let kept = buffer("micro-indices kept", bytes, U::STORAGE_BUFFER | U::INDEX_BUFFER)?;
+        let kept = buffer(kept, U::STORAGE_BUFFER | U::INDEX_BUFFER)?;
         let usage = U::STORAGE_BUFFER | U::INDIRECT_BUFFER | U::TRANSFER_DST;
-        let command = buffer("micro-mesh command", size_of_val(&NOTHING) as u64, usage)?;
+        let command = buffer(command, usage)?;
         let shader = compiler.compile("baseline/micro_cull.comp", ShaderStage::Compute, &[])?;
         let pipeline = Pipeline::compute(ctx, "micro-mesh culling", &shader)?;
         let bindings = [
@@ -85,7 +95,7 @@ impl TriangleCull {
             ("command", Binding::Buffer(&command)),
         ];
         let set = DescriptorSet::new(ctx, &pipeline, 0, &bindings)?;
-        let nothing = uploader.buffer("micro-mesh command, empty", U::TRANSFER_SRC, &NOTHING)?;
+        let nothing = uploader.buffer(nothing.0, U::TRANSFER_SRC, &NOTHING)?;
         Ok(TriangleCull { pipeline, set, kept, command, nothing })
     }
 

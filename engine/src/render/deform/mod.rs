@@ -49,6 +49,20 @@ pub struct Deformer {
     posed: bool,
 }
 
+/// The buffers of all of the plan's meshes that deform, by name, and their bytes; those of the pose as their file has it.
+pub fn buffers(scene: &Scene, plan: &Plan) -> Vec<(String, usize)> {
+    let mut buffers = Vec::new();
+    for (first, planned) in plan.primitives.iter().enumerate().filter(|(_, p)| p.deforms && p.primitive == 0) {
+        let mesh = &scene.meshes[planned.mesh];
+        let topology = Topology::new(scene, mesh, &plan.primitives[first..first + mesh.primitives.len()]);
+        let of = |what: &str| format!("{} {what}", mesh.name);
+        buffers.extend(passes::buffers(&topology).map(|(what, bytes)| (of(what), bytes)));
+        let vectors = size_of::<Vec3>() * topology.vertices.len();
+        buffers.extend(["positions", "normals"].map(|what| (of(&format!("{what} of slot 0")), vectors)));
+    }
+    buffers
+}
+
 /// One for each mesh of the plan that deforms. `primitives`: the plan's, uploaded.
 pub fn deformers(
     ctx: &Context,

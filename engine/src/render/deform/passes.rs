@@ -65,32 +65,46 @@ pub(super) struct Buffers {
     plains: Buffer,
 }
 
+/// Their names after the mesh's, and their bytes.
+pub(super) fn buffers(topology: &Topology) -> [(&'static str, usize); 7] {
+    let welds = topology.welds as usize;
+    [
+        ("deforming vertices", size_of_val(&topology.vertices[..])),
+        ("deforming triangles", size_of_val(&topology.triangles[..])),
+        ("fans", size_of_val(&topology.fans[..])),
+        ("pose", size_of::<DeformFrame>() * topology.vertices.len()),
+        ("shell normals", size_of::<[f32; 4]>() * welds),
+        ("folds", size_of::<u32>() * (welds + ROUNDS as usize + 1)),
+        ("plain triangles", size_of::<u32>() * topology.triangles.len()),
+    ]
+}
+
 impl Buffers {
     fn new(ctx: &Context, name: &str, topology: &Topology) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let mut uploader = Uploader::new(ctx)?;
-        let mut upload = |what: &str, bytes: &[u8]| {
+        let mut upload = |(what, _): (&str, usize), bytes: &[u8]| {
             uploader.buffer(&format!("{name} {what}"), vk::BufferUsageFlags::STORAGE_BUFFER, bytes)
         };
-        let mesh_vertices = upload("deforming vertices", bytemuck::cast_slice(&topology.vertices))?;
-        let triangles = upload("deforming triangles", bytemuck::cast_slice(&topology.triangles))?;
-        let fans = upload("fans", bytemuck::cast_slice(&topology.fans))?;
+        let [vertices, faces, lists, posed, shell_normals, folds, plains] = buffers(topology);
+        let mesh_vertices = upload(vertices, bytemuck::cast_slice(&topology.vertices))?;
+        let triangles = upload(faces, bytemuck::cast_slice(&topology.triangles))?;
+        let fans = upload(lists, bytemuck::cast_slice(&topology.fans))?;
         uploader.finish()?;
-        let buffer = |what: &str, size: usize| {
+        let buffer = |(what, size): (&str, usize)| {
             let name = format!("{name} {what}");
             // The sources of transfers are for the test, which reads them back.
             let usage = U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
             Buffer::new(ctx, &BufferDesc { name: &name, size: size as u64, usage, location: MemoryLocation::GpuOnly })
         };
-        let welds = topology.welds as usize;
         Ok(Buffers {
             mesh_vertices,
             triangles,
             fans,
-            posed: buffer("pose", topology.vertices.len() * size_of::<DeformFrame>())?,
-            shell_normals: buffer("shell normals", welds * size_of::<[f32; 4]>())?,
-            folds: buffer("folds", (welds + ROUNDS as usize + 1) * size_of::<u32>())?,
-            plains: buffer("plain triangles", topology.triangles.len() * size_of::<u32>())?,
+            posed: buffer(posed)?,
+            shell_normals: buffer(shell_normals)?,
+            folds: buffer(folds)?,
+            plains: buffer(plains)?,
         })
     }
 
@@ -150,13 +164,19 @@ impl Passes {
             vertices: topology.vertices.len() as u32,
             buffers,
         };
-        let vertices = Arc::new(pipeline("write_vertices", None)?);
+        let written = |tangents: bool| {
+            let some = primitives.iter().any(|primitive| primitive.tangents.is_some() == tangents);
+            let define = tangents.then_some("VERTEX_TANGENTS");
+            some.then(|| pipeline("write_vertices", define).map(Arc::new)).transpose()
+        };
+        let vertices = [written(false)?, written(true)?];
         let prisms = shelled.then(|| pipeline("write_prisms", None).map(Arc::new)).transpose()?;
         let walks = walked.then(|| pipeline("write_prisms", Some("WALKED")).map(Arc::new)).transpose()?;
         let fitted = primitives.iter().any(|primitive| primitive.hierarchy.is_some());
         let boxes = fitted.then(|| pipeline("fit_boxes", None).map(Arc::new)).transpose()?;
         for (primitive, firsts) in primitives.iter().zip(&topology.firsts) {
-            passes.add_writes(ctx, primitive, *firsts, &vertices, [prisms.as_ref(), walks.as_ref()])?;
+            let vertices = vertices[usize::from(primitive.tangents.is_some())].as_ref();
+            passes.add_writes(ctx, primitive, *firsts, vertices, [prisms.as_ref(), walks.as_ref()])?;
             passes.add_boxes(ctx, primitive, boxes.as_ref())?;
         }
         Ok(passes)
@@ -168,12 +188,15 @@ impl Passes {
         ctx: &Context,
         primitive: &Primitive,
         [first_vertex, first_triangle]: [u32; 2],
-        vertices: &Arc<Pipeline>,
+        vertices: Option<&Arc<Pipeline>>,
         [prisms, walked]: [Option<&Arc<Pipeline>>; 2],
     ) -> Result<()> {
-        let Some(rest) = &primitive.rest else { return Ok(()) };
-        let bindings =
-            [("rest_vertices", Binding::Buffer(&rest.vertices)), ("vertices", Binding::Buffer(&primitive.vertices))];
+        let (Some(rest), Some(vertices)) = (&primitive.rest, vertices) else { return Ok(()) };
+        let mut bindings = vec![
+            ("rest_vertices", Binding::Buffer(&rest.vertices)),
+            ("vertices", Binding::Buffer(&primitive.vertices)),
+        ];
+        bindings.extend(primitive.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         let set = self.buffers.set(ctx, vertices, &bindings)?;
         let parts = one_part(first_vertex, rest.vertex_count);
         self.writes.push(Step { pipeline: vertices.clone(), set, parts });

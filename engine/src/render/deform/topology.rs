@@ -74,7 +74,7 @@ impl Topology {
             let next = smooth.len() as u32;
             let normal = primitive.normals[v].to_array().map(|x| (x + 0.0).to_bits());
             let group = *smooth.entry((weld, normal)).or_insert(next);
-            let tangent = space.map_or(Vec4::ZERO, |(set, transform)| {
+            let tangent = space.filter(|_| planned.streams.tangents).map_or(Vec4::ZERO, |(set, transform)| {
                 let uv = transform.transform_point2(primitive.uvs[set][v].as_dvec2()).as_vec2();
                 Vec4::new(uv.x, uv.y, primitive.tangents.get(v).map_or(0.0, |tangent| tangent.w), 0.0)
             });

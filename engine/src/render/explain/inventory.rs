@@ -11,7 +11,7 @@ use crate::render::aov::AovTargets;
 use crate::render::geometry::PrimitiveData;
 use crate::render::layout::{Counters, Frame, Light, Object, ShadowView};
 use crate::render::plan::{self, Plan};
-use crate::render::{DEPTH_FORMAT, blue_noise, culling, depth_tiles, pyramid, resources, shadow};
+use crate::render::{DEPTH_FORMAT, baseline, blue_noise, culling, deform, depth_tiles, pyramid, resources, shadow};
 use crate::scene::{HeightTexels, Scene, Wrap};
 use crate::settings::{March, Settings};
 use crate::shell::occlusion;
@@ -42,8 +42,8 @@ pub struct ImageFact {
     pub bytes: u64,
 }
 
-/// Buffers; what a frame in flight writes is listed once, for the first slot. Without those of meshes that deform and of
-/// baselines.
+/// Buffers; what a frame in flight writes is listed once, for the first slot. Of a mesh that deforms as long as it has its
+/// file's pose. A baseline that cannot be made has none of its own.
 pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situation) -> Vec<BufferFact> {
     let mut buffers = Vec::new();
     let mut add = |name: String, bytes: usize| {
@@ -53,10 +53,16 @@ pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situ
     };
     for planned in &plan.primitives {
         let name = plan::primitive_name(scene, planned.mesh, planned.primitive);
-        for (what, bytes) in PrimitiveData::new(scene, planned, settings).buffers() {
+        let data = PrimitiveData::new(scene, planned, settings);
+        for (what, bytes) in data.buffers(planned.deforms) {
             add(format!("{name} {what}"), bytes);
         }
+        if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
+            let own = baseline::buffers(scene, planned, &name, data.center, baseline).unwrap_or_default();
+            own.into_iter().for_each(|(name, bytes)| add(name, bytes));
+        }
     }
+    deform::buffers(scene, plan).into_iter().for_each(|(name, bytes)| add(name, bytes));
     for (map, wrap) in pyramids(scene, plan) {
         let map = &scene.height_maps[map];
         add(format!("{} pyramid", map.name), pyramid::bytes([map.width, map.height], wrap));
@@ -129,16 +135,23 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
     for index in colors {
         let image = &scene.images[index];
         let extent = [image.width, image.height];
-        add(image.name.clone(), extent, resources::color_format(image), full_mip_count(extent), 1);
+        let mips = if plan.mips.contains(&index) { full_mip_count(extent) } else { 1 };
+        add(image.name.clone(), extent, resources::color_format(image), mips, 1);
     }
     for (index, map) in scene.height_maps.iter().enumerate() {
-        if plan.ledger.find(&format!("height map '{}'", map.name), "image").is_some_and(|decision| decision.kept) {
+        let extent = [map.width, map.height];
+        let of = format!("height map '{}'", map.name);
+        let kept = |what: &str| plan.ledger.find(&of, what).is_some_and(|decision| decision.kept);
+        if kept("image") {
             let format = match &map.texels {
                 HeightTexels::F16(_) => vk::Format::R16_SFLOAT,
                 HeightTexels::U16(_) if plan.sixteen_bits.contains(&index) => vk::Format::R16_UNORM,
                 HeightTexels::U16(_) | HeightTexels::U8(_) => vk::Format::R8_UNORM,
             };
-            add(map.name.clone(), [map.width, map.height], format, 1, 1);
+            add(map.name.clone(), extent, format, 1, 1);
+        }
+        if kept("mips") {
+            add(resources::height_mips_name(map), extent, vk::Format::R16_UNORM, full_mip_count(extent), 1);
         }
     }
     for (map, ..) in cones {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::render::variant::{Height, Pass, Variant};
+use crate::render::variant::{Height, Pass, UV_SETS, Variant};
 use crate::settings::March;
 
 /// One thing that shader code or pipeline state may have.
@@ -61,14 +61,16 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     );
     part("shadow map look-ups", variant.shadow_maps, "lights have maps", "no light has one");
     part("lights", variant.lights, "the scene has some", "none in the scene, or depth alone");
-    let normal_map = variant.textures[2].is_some();
-    part("tangents", normal_map, "its normal map is given in their frame", "no normal map is read");
-    let second = variant.textures.contains(&Some(1)) || (variant.aov && variant.aov_uv == 1);
-    part("second UV set", second, "a texture or the surface data read it", "nothing reads it");
+    let of = "a normal map, or parallax, is in their frame";
+    part("tangents", variant.reads_tangents(), of, "no normal map is read");
+    for (set, what) in (0..).zip(UV_SETS) {
+        part(what, variant.reads_uvs(set), "a texture or the surface data read it", "nothing reads it");
+    }
     part("ambient occlusion", height(|h| h.ambient_occlusion), "--ambient-occlusion on", "not asked for");
     part("alphaMode MASK", variant.alpha_mask, "its alpha may fall below the cut-off", "nothing is cut out by alpha");
     part("UV bounds", height(|h| h.uv_bounds), "--silhouette uv-bounds", "not asked for");
     part("horizon", height(|h| h.horizon), "--silhouette horizon", "not asked for");
+    part("LOD of each pixel", height(|h| h.pixel_lod), "--height-lod auto", "heights are read at full size");
     part("LOD fade", height(|h| h.lod_fade), "--lod-fade", "not asked for");
     part("dither", variant.dithers(), "blue noise is read", "nothing is dithered");
     part("samples", variant.samples > 1, "--msaa 4", "one a pixel");

@@ -135,6 +135,15 @@ pub fn textures(material: &Material) -> [Need; 7] {
     ]
 }
 
+/// A UV set, or tangents, of a primitive's vertices.
+pub fn stream(has: bool, read: bool) -> Need {
+    match (read, has) {
+        (true, _) => Need::Yes("a texture, parallax or the surface data read it".into()),
+        (false, true) => Need::Idle("nothing that is drawn reads it".into()),
+        (false, false) => Need::No("the mesh has none, or has no use for it".into()),
+    }
+}
+
 /// Why metal has no use for `KHR_materials_specular`.
 const METAL: &str = "it is all metal, which reflects its base colour";
 
@@ -180,6 +189,19 @@ pub fn sixteen_bits(map: &HeightMap) -> Need {
             "8 hold each of its heights exactly",
         ),
     }
+}
+
+/// The chain of a colour image's mips. `between`: some sampler reads it at them.
+pub fn mips(extent: [u32; 2], between: bool) -> Need {
+    match extent {
+        [1, 1] => Need::No("it is one texel".into()),
+        _ => Need::when(between, "it is read at the size it has on screen", "its samplers ask for none"),
+    }
+}
+
+/// That of a height map, in an image of its own. `lods`: some base surface reads it so.
+pub fn height_mips(lods: bool) -> Need {
+    Need::asked(lods, "--height-lod auto: each pixel reads them at its own", "heights are read at full size only")
 }
 
 /// Prisms of a primitive from which on it pays to drop unseen ones: below, all are made in the time that testing them takes.
