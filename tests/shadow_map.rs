@@ -408,8 +408,8 @@ fn errors_fall_with_the_texel() {
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 
-/// Cells of the whole sweep that miss, as its table says; none is asked for. The cliffs and the seams leak most.
-const KNOWN_MISSES: usize = 10;
+/// Cells of the whole sweep that miss, as its table says; none is asked for. The seams leak most.
+const KNOWN_MISSES: usize = 7;
 
 /// Every scene of the table of figures; writes `tests/figures/shadow_map_DEVICE.md`.
 #[test]

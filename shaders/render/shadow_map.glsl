@@ -38,11 +38,13 @@ const float SNAPPING = 1.0 / 128.0;
 const float SNAPPING = 0.0;
 #endif
 
-// Most heights looked up on the way to the light.
-const int FIELD_STEPS = 32;
+// Most cells of the height map that are looked at one by one on the way to the light.
+const int FIELD_CELLS = 32;
+// Cells by which a border that was met may be missed.
+const float CROSSED = 1e-3;
 const float FIELD_ROUNDING = 1.0 / 65536.0;
 
-// At the place of what a texel holds the receiver's own surface would stand just so high; how much more is put down to the
+// At the place of what a texel holds the receiver's own surface would stand just so high; how much is put down to the
 // frame in which that place is found, the receiver's level's, where other levels are wider or narrower.
 const float FRAME_SLACK = 1.25;
 
@@ -54,27 +56,38 @@ struct Relief {
     mat3 to_lambda;  // change of the weights per world displacement within the tangent plane
     mat3x2 to_uv;    // change of uv per the same
     vec3 rise;       // levels per the same, on that plane
+    vec3 climb;      // levels over that plane per world displacement
     vec3 lift;       // world displacement per level
+    mat3 lifts;      // the same at each corner
     // Of the neighbour across wall k, per weight k of a place there, which is negative:
     mat3 beyond;     // weights of its corner beyond the wall; zero where it is not known
     vec3 fold;       // levels by which it stands over the triangle's own
     mat3x2 fold_uv;  // what its uv differ by from the triangle's own
 };
 
-const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, vec3(1.0), mat3(0.0), mat3x2(0.0), vec3(0.0), vec3(0.0), mat3(0.0),
-                                vec3(0.0), mat3x2(0.0));
+const Relief NO_RELIEF = Relief(vec2(0.0), 0.0, vec3(1.0), mat3(0.0), mat3x2(0.0), vec3(0.0), vec3(0.0), vec3(0.0),
+                                mat3(0.0), mat3(0.0), vec3(0.0), mat3x2(0.0));
 
 // The wall across which a place with these weights lies, if it lies outside of the triangle.
 int wall_before(vec3 lambda) {
     return lambda.x <= min(lambda.y, lambda.z) ? 0 : lambda.y <= lambda.z ? 1 : 2;
 }
 
-// Levels by which the surface leaves its tangent plane at `moved` from the receiver. known: the place lies in the
-// receiver's triangle or in a neighbour.
-float leaves_plane(Relief relief, vec3 moved, out bool known) {
+// Levels by which the surface stands over the place at `moved` from the receiver, in its tangent plane, and `gained` levels
+// over that. known: the place lies in the receiver's triangle or in a neighbour.
+float stands_over(Relief relief, vec3 moved, float gained, out bool known) {
     known = true;
 #ifdef HAS_HEIGHT
     vec3 lambda = relief.lambda + relief.to_lambda * moved;
+    if (all(greaterThanEqual(lambda, vec3(0.0)))) {
+        // The shell map has one term of second order, a lift that differs with the weights: so much the frame moves too
+        // far.
+        vec3 bent = (dot(relief.rise, moved) + gained) * (relief.lifts * (relief.to_lambda * moved));
+        float sunk = dot(relief.climb, bent);
+        moved -= bent - sunk * relief.lift;
+        gained -= sunk;
+        lambda = relief.lambda + relief.to_lambda * moved;
+    }
     vec2 uv = relief.uv + relief.to_uv * moved;
     float over = 0.0;
     int wall = wall_before(lambda);
@@ -87,7 +100,7 @@ float leaves_plane(Relief relief, vec3 moved, out bool known) {
         uv += lambda[wall] * relief.fold_uv[wall];
     }
     over += (height_at(uv, 0.0) - material.displacement.y) * material.displacement.x;
-    return over - relief.level - dot(relief.rise, moved);
+    return over - relief.level - dot(relief.rise, moved) - gained;
 #else
     return 0.0;
 #endif
@@ -99,31 +112,46 @@ struct FieldWay {
     vec3 along; // displacement within that plane
 };
 
-FieldWay field_way(Relief relief, vec3 normal, vec3 toward) {
-    if (relief.lift == vec3(0.0)) {
-        return FieldWay(0.0, vec3(0.0));
-    }
-    float gain = dot(toward, normal) / dot(relief.lift, normal);
+FieldWay field_way(Relief relief, vec3 toward) {
+    float gain = dot(relief.climb, toward);
     return FieldWay(gain, toward - gain * relief.lift);
 }
 
 // Whether the height field itself stands in the receiver's light, up to `reach` from it, as its triangle and the neighbour
-// across the wall continue it: two heights a texel of the height map, or FIELD_STEPS of a function, nearer to each other
-// the nearer they are. What counts is more than UVs' and the hit's rounding make of a height.
+// across the wall continue it: cell by cell of the height map. On a straight way through a cell the height is a quadratic,
+// which three of its values give, its highest point too; of a function, and of more than FIELD_CELLS cells, as many pieces
+// of one length. What counts is more than UVs' and the hit's rounding make of a height.
 bool field_blocks(Relief relief, FieldWay way, float reach) {
 #ifdef HAS_HEIGHT
-    int steps = FIELD_STEPS;
-#ifndef HEIGHT_PROCEDURE
-    vec2 run = reach * (relief.to_uv * way.along);
-    steps = int(clamp(ceil(2.0 * length(run * height_size())), 1.0, float(FIELD_STEPS)));
-#endif
-    for (int i = 1; i <= steps; ++i) {
-        float part = float(i) / float(steps), at = part * part * reach;
+    vec3 weights = relief.to_lambda * way.along;
+    vec3 until = mix(vec3(reach), -relief.lambda / min(weights, -1e-30), lessThan(weights, vec3(0.0)));
+    int wall = wall_before(until);
+    float leaves = min(until[wall], reach);
+    vec2 rate = height_size() * (relief.to_uv * way.along), cell = height_size() * relief.uv - 0.5;
+    float crossings = reach * (abs(rate.x) + abs(rate.y));
+    float least = crossings > float(FIELD_CELLS) ? reach / float(FIELD_CELLS) : 0.0;
+    float from = 0.0, before = 0.0;
+    // A crossing in each direction, the wall and the end come on top.
+    for (int i = 0; i < FIELD_CELLS + 4 && from < reach; ++i) {
+        vec2 border = mix(ceil(cell - CROSSED) - 1.0, floor(cell + CROSSED) + 1.0, greaterThan(rate, vec2(0.0)));
+        vec2 away = abs(border - cell) / max(abs(rate), vec2(1e-30));
+        float to = min(from + max(min(away.x, away.y), least), from < leaves ? leaves : reach);
         bool known;
-        float over = leaves_plane(relief, at * way.along, known) - at * way.gain;
-        if (sign(way.gain) * over > FIELD_ROUNDING * material.displacement.x) {
+        float middle = 0.5 * (from + to);
+        middle = sign(way.gain) * stands_over(relief, middle * way.along, middle * way.gain, known);
+        float after = sign(way.gain) * stands_over(relief, to * way.along, to * way.gain, known);
+        float first = 4.0 * middle - 3.0 * before - after, second = 2.0 * (before + after) - 4.0 * middle;
+        bool inside = first > 0.0 && first < -2.0 * second;
+        float highest = inside ? before - 0.25 * first * first / second : after;
+        if (highest > FIELD_ROUNDING * material.displacement.x) {
             return true;
         }
+        cell += (to - from) * rate;
+        if (from < leaves && to >= leaves) {
+            rate += height_size() * weights[wall] * relief.fold_uv[wall];
+        }
+        from = to;
+        before = after;
     }
 #endif
     return false;
@@ -165,7 +193,7 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     vec4 stored = textureGather(shadow_atlas, (view.tile.xy + first + 1.0) * view.tile.zw);
     vec4 share = vec4((1.0 - part.x) * part.y, part.x * part.y, part.x * (1.0 - part.y),
                       (1.0 - part.x) * (1.0 - part.y));
-    FieldWay way = field_way(relief, normal, toward);
+    FieldWay way = field_way(relief, toward);
     float nearing = change * dot(axis, toward), lit = 0.0, farthest = 0.0;
     for (int i = 0; i < 4; ++i) {
         // A gather's order: lower left, lower right, upper right, upper left.
@@ -176,11 +204,13 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
         if (blocked && relief.lift != vec3(0.0)) {
             vec3 moved = away.x * across + away.y * down;
             bool known;
-            float bend = lifted * leaves_plane(relief, moved, known);
+            float bend = lifted * stands_over(relief, moved, 0.0, known);
             blocked = over - rounding > 2.0 * max(bend, 0.0);
             if (blocked) {
-                bend = lifted * leaves_plane(relief, moved + over / nearing * way.along, known);
-                blocked = !known || over - rounding > FRAME_SLACK * max(bend, 0.0);
+                float ahead = over / nearing;
+                bend = over + lifted * stands_over(relief, moved + ahead * way.along, ahead * way.gain, known);
+                blocked = !known || over - rounding > FRAME_SLACK * max(bend, 0.0)
+                          || bend - rounding > FRAME_SLACK * over;
             }
         }
 #endif

@@ -78,6 +78,11 @@ Relief shell_relief(Object object, uint id, Vertex v[3], ShellHit hit, vec2 slop
     relief.to_uv = outerProduct(uv1, gain1) + outerProduct(uv2, gain2);
     relief.rise = slope.x * gain1 + slope.y * gain2;
     relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, along);
+    for (int k = 0; k < 3; ++k) {
+        relief.lifts[k] = transform_direction(object.world_x, object.world_y, object.world_z, v[k].shell.xyz);
+    }
+    relief.climb = transform_direction(object.normal_x, object.normal_y, object.normal_z, normal);
+    relief.climb /= max(dot(normal, along), 1e-37);
     vec3 level_normal = cross(e1, e2);
     for (int k = 0; k < 3; ++k) {
         relief.beyond[k] = vec3(0.0);

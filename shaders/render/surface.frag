@@ -239,6 +239,7 @@ void main() {
     relief.to_uv = outerProduct(vec2(1.0, 0.0), to_u) + outerProduct(vec2(0.0, 1.0), to_v);
     relief.rise = facing * (gradient.x * to_u + gradient.y * to_v);
     relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, facing * base_normal);
+    relief.climb = surface.geometric / dot(surface.geometric, relief.lift);
 #endif
     visibility = mapped_visibility(visibility, surface, relief);
 #endif
