@@ -5,13 +5,20 @@ use prism_engine::settings::{Baseline, Culling, Dicer, March, Settings, Shell};
 /// Our shells. A new one takes part with its name here.
 const SHELLS: &[Shell] = &[Shell::Walk, Shell::Prism];
 
-/// Our marches: linear steps in a prism, and bisections after them; each list from fast to exact, and what follows one
+/// Our marches: linear steps in a prism, and bisections or secant steps after them; each list from fast to exact, and what follows one
 /// that is exact enough is not tried.
 const MARCHES: &[(March, &[(u32, u32)])] = &[
     (March::Exact, &[(1, 0)]),
-    (March::Relief, &[(1, 2), (1, 4), (2, 2), (2, 4), (3, 3), (3, 4), (4, 4), (8, 4), (8, 8), (16, 8), (32, 8)]),
+    (
+        March::Relief,
+        &[(1, 2), (1, 4), (2, 2), (2, 4), (3, 2), (3, 3), (3, 4), (4, 4), (8, 4), (8, 8), (16, 8), (32, 8)],
+    ),
+    (March::Secant, &[(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2), (3, 3), (4, 2), (4, 4), (8, 4), (16, 4)]),
     (March::Pom, &[(1, 0), (2, 0), (3, 0), (4, 0), (6, 0), (8, 0), (12, 0), (16, 0), (32, 0), (64, 0)]),
 ];
+
+/// Of the height range; within it a secant step is the last. The default, a hundredth, is a tenth of a footprint here.
+const SECANT_TOLERANCE: f32 = 0.001;
 
 /// How a micro-mesh is drawn.
 const MICRO_MESHES: &[(&str, Culling)] = &[
@@ -43,11 +50,18 @@ pub fn ours() -> Vec<Vec<Variant>> {
     let settings = |shell: Shell, march: March, (steps, refine): (u32, u32)| {
         let name = match march {
             March::Exact => format!("{shell} {march}"),
-            March::Relief => format!("{shell} {march} {steps}+{refine}"),
+            March::Relief | March::Secant => format!("{shell} {march} {steps}+{refine}"),
             _ => format!("{shell} {march} {steps}"),
         };
-        let settings =
-            Settings { shell, march, min_steps: steps, max_steps: steps, refine_steps: refine, ..Settings::default() };
+        let settings = Settings {
+            shell,
+            march,
+            min_steps: steps,
+            max_steps: steps,
+            refine_steps: refine,
+            tolerance: SECANT_TOLERANCE,
+            ..Settings::default()
+        };
         Variant { name, settings }
     };
     let mut lists = Vec::new();
