@@ -147,6 +147,8 @@ fn no_derivative_makes_a_frame_where_the_mesh_has_one() {
         transform: glam::DAffine2::IDENTITY,
     };
     turned.materials[0].normal = Some((texture, 1.0));
+    let flat = [128, 128, 255, 255].repeat(4);
+    turned.images.push(scene::ColorImage { name: "flat".into(), width: 2, height: 2, rgba: flat, srgb: false });
     assert_eq!(derivatives(&turned, Tangents::Auto), 2);
     let settings =
         Settings { shell: Shell::Off, march: March::Relief, tangents: Tangents::Mesh, ..Settings::default() };

@@ -35,7 +35,9 @@
 //! 8. Shadow maps, where the plan has some: the same draws through the same tracer, with the lights' rays, depth only.
 //! 9. Depth first, where the plan says so; then `surface`, the triangles that are no shell's, whose depth spares the
 //!    shells' fragments behind them; then `shell`; and the lines of a view, if it has any. Of several samples a pixel the
-//!    picture is resolved last.
+//!    picture is resolved last. Where triangles are small, `visibility` before `shell` names each pixel's nearest lid
+//!    (`render/nearest_lid.glsl`), `shell` is one triangle over the picture that walks from those, and `shell rest` draws
+//!    what is left by its lids.
 //!
 //! ## Each shell, on the GPU
 //!
