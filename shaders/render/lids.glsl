@@ -5,18 +5,12 @@
 
 #include "render/interface.glsl"
 #include "render/lid_growth.glsl"
+#include "render/picture_triangle.glsl"
 #include "render/ray_fade.glsl"
 #include "shell/prism_bits.glsl"
 
 // Base and lid level of each vertex.
 layout(std430, set = 1, binding = 11) readonly buffer LidBlock { vec2 item[]; } lids;
-
-#ifdef VISIBILITY
-// Of a triangle over the picture, at the near plane: no depth that is written lies before it.
-vec4 picture_corner(uint i) {
-    return vec4(vec2(i & 1u, i >> 1u) * 4.0 - 1.0, 1.0, 1.0);
-}
-#endif
 
 // Base and lid of a vertex.
 vec2 lids_of(uint vertex) {

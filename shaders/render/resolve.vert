@@ -1,6 +1,7 @@
 #version 460
-// One triangle over the whole target.
+#extension GL_GOOGLE_include_directive : require
+#include "render/picture_triangle.glsl"
 
 void main() {
-    gl_Position = vec4(vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 4.0 - 1.0, 0.0, 1.0);
+    gl_Position = picture_corner(gl_VertexIndex);
 }

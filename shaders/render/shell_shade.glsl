@@ -126,9 +126,9 @@ struct Shaded {
 #endif
 };
 
-// The surface in the pixel at `ndc`, whose ray hits prism `id` of `object` with corners `v`, vertices `corners`. slope: what
-// the level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the height field, or on
-// a wall. DEPTH_ONLY: nothing but what alphaMode MASK cuts out.
+// The surface in the pixel at `ndc`, whose ray hits prism `id` of `object` with corners `v`, vertices `corners`. slope:
+// what the level gains from corner 0 to corners 1 and 2 by the height's gradient at the hit. displaced: the hit is on the
+// height field, or on a wall. DEPTH_ONLY: nothing but what alphaMode MASK cuts out.
 Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, ShellHit hit, vec2 slope, bool displaced) {
     // The level's triangle and the surface's two tangents there (DESIGN section 4).
     vec3 s0 = v[0].position.xyz + hit.t * v[0].shell.xyz;

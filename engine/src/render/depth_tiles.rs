@@ -59,8 +59,7 @@ impl TilePass {
     pub fn new(ctx: &Context, compiler: &ShaderCompiler) -> Result<Self> {
         let shader = compiler.compile("render/depth_tiles.comp", ShaderStage::Compute, &[])?;
         let pipeline = Pipeline::compute(ctx, "depth tiles", &shader)?;
-        let (mag, min, mip) = (vk::Filter::NEAREST, vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST);
-        let sampler = Sampler::new(ctx, &SamplerDesc { mag, min, mip, ..SamplerDesc::default() })?;
+        let sampler = Sampler::new(ctx, &SamplerDesc::nearest())?;
         Ok(TilePass { pipeline, sampler })
     }
 

@@ -568,6 +568,9 @@ impl Renderer {
     fn begin_pass(&self, cmd: &mut CommandEncoder, pass: &DrawPass, target: &Image) {
         let targets = self.targets.as_ref().expect("made before the first pass");
         let [clear_depth, clear_color] = pass.clear;
+        if let (Some(visibility), Part::Write) = (&targets.visibility, pass.part) {
+            return visibility.begin_pass(cmd, clear_depth);
+        }
         let load = if clear_color { Load::Clear(BACKGROUND) } else { Load::Keep };
         let samples = targets.samples.as_ref().filter(|_| !pass.of_aov);
         let mut color = Vec::new();
@@ -581,9 +584,6 @@ impl Renderer {
         let image = targets.aov_depth.as_ref().filter(|_| pass.of_aov).unwrap_or(&targets.depth);
         let depth = DepthAttachment { image, clear: clear_depth.then_some(0.0), store: true };
         let extent = target.extent();
-        if let (Some(visibility), Part::Write) = (&targets.visibility, pass.part) {
-            return visibility.begin_pass(cmd, clear_depth);
-        }
         cmd.begin_rendering(&RenderingDesc { name: pass.name, color: &color, depth: Some(depth), extent });
     }
 

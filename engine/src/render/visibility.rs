@@ -46,12 +46,11 @@ impl Visibility {
             let samples = vk::SampleCountFlags::TYPE_1;
             Image::new(ctx, &ImageDesc { name, extent, format, mips: 1, samples, usage: usage | U::SAMPLED })
         };
-        let (mag, min, mip) = (vk::Filter::NEAREST, vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST);
         let [lids, depth] = IMAGES;
         Ok(Visibility {
             lids: image(lids, U::COLOR_ATTACHMENT)?,
             depth: image(depth, U::DEPTH_STENCIL_ATTACHMENT | U::TRANSFER_DST)?,
-            sampler: Sampler::new(ctx, &SamplerDesc { mag, min, mip, ..SamplerDesc::default() })?,
+            sampler: Sampler::new(ctx, &SamplerDesc::nearest())?,
         })
     }
 

@@ -2,6 +2,7 @@
 //! refuse is out of every key's reach: what no longer fits falls back to the default, and a key that fits nothing does
 //! nothing.
 
+use prism_engine::render::plan;
 use prism_engine::settings::{
     DepthPrepass, March, Normals, PrismCulling, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View,
     VisibilityBuffer,
@@ -112,7 +113,7 @@ pub fn fitting(mut settings: Settings) -> Settings {
     if !shelled(&settings) || settings.msaa > 1 || settings.depth_prepass == DepthPrepass::On {
         settings.prism_culling = PrismCulling::Auto;
     }
-    if !names_lids(&settings) {
+    if !plan::may_name_lids(&settings) {
         settings.visibility_buffer = VisibilityBuffer::Auto;
     }
     settings.pixel_lod &= !shelled(&settings) && march.reads_lods();
@@ -122,16 +123,6 @@ pub fn fitting(mut settings: Settings) -> Settings {
         settings.view = View::Shaded;
     }
     settings
-}
-
-/// Whether walks can begin at the lids of a visibility buffer.
-pub fn names_lids(settings: &Settings) -> bool {
-    shelled(settings)
-        && settings.resolved_shell() == Shell::Walk
-        && settings.msaa == 1
-        && settings.depth_prepass != DepthPrepass::On
-        && settings.prism_culling != PrismCulling::Hidden
-        && settings.view != View::Limits
 }
 
 /// The same settings with four samples a pixel in place of one, or the other way round.

@@ -31,6 +31,18 @@ pub struct SamplerDesc {
     pub compare: Option<vk::CompareOp>,
 }
 
+impl SamplerDesc {
+    /// The nearest texel of the nearest mip; repeating.
+    pub fn nearest() -> Self {
+        SamplerDesc {
+            mag: vk::Filter::NEAREST,
+            min: vk::Filter::NEAREST,
+            mip: vk::SamplerMipmapMode::NEAREST,
+            ..SamplerDesc::default()
+        }
+    }
+}
+
 impl Default for SamplerDesc {
     /// Trilinear, repeating.
     fn default() -> Self {

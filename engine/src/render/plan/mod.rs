@@ -22,6 +22,7 @@ use self::ledger::{Ledger, Need};
 use self::lights::MAX_SHADOWED_LIGHTS;
 pub use self::lights::ShadowPlan;
 use self::meshes::plan_mesh;
+pub use self::visibility::may_name_lids;
 use super::variant::{Cull, Geometry, Height, UV_SETS, Variant};
 use crate::scene::{Primitive, Scene, TextureRef};
 use crate::settings::{DepthPrepass, SelfShadow, Settings, Shell, Stage, View};

@@ -9,27 +9,30 @@ use crate::scene::Scene;
 use crate::settings::{DepthPrepass, PrismCulling, Settings, Shell, View, VisibilityBuffer};
 
 /// Prisms of a primitive from which on it pays: fewer are so large on the screen that few quads lie across their edges,
-/// and the passes cost more than they spare (README, "The walk").
+/// and the passes cost more than they spare (README, "The visibility buffer").
 const PAYS_FROM: usize = 256;
 
 /// Refuses a visibility buffer that the settings have no use for.
 pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
-    let why = match settings.visibility_buffer {
-        VisibilityBuffer::Auto | VisibilityBuffer::Off => return Ok(()),
-        VisibilityBuffer::On if settings.resolved_shell() != Shell::Walk || !super::wants_shell(scene, settings) => {
-            "no shell is walked"
-        }
-        VisibilityBuffer::On => match obstacle(settings) {
-            Some(why) => why,
-            None => return Ok(()),
-        },
-    };
-    Err(Error::Usage(format!("--visibility-buffer on: {why}")))
+    if settings.visibility_buffer != VisibilityBuffer::On {
+        return Ok(());
+    }
+    let unwalked = (!super::wants_shell(scene, settings)).then_some("no shell is walked");
+    match unwalked.or_else(|| obstacle(settings)) {
+        Some(why) => Err(Error::Usage(format!("--visibility-buffer on: {why}"))),
+        None => Ok(()),
+    }
+}
+
+/// Whether walks can begin at the lids of a visibility buffer under these settings.
+pub fn may_name_lids(settings: &Settings) -> bool {
+    obstacle(settings).is_none()
 }
 
 /// Why no draw has it under these settings.
 fn obstacle(settings: &Settings) -> Option<&'static str> {
     match () {
+        () if settings.resolved_shell() != Shell::Walk => Some("no shell is walked"),
         () if settings.keep_all => Some("--keep-all promises no depth behind the lids"),
         () if settings.msaa > 1 => Some("it names one lid a pixel; use --msaa 1"),
         () if settings.depth_prepass == DepthPrepass::On => Some("--depth-prepass on traces before it shades"),

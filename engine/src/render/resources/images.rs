@@ -303,16 +303,7 @@ fn address_modes(wrap: [Wrap; 2]) -> [vk::SamplerAddressMode; 2] {
 
 /// A sampler for gathers from a height map that wraps so.
 pub fn height_sampler(ctx: &Context, wrap: [Wrap; 2]) -> Result<Sampler> {
-    Sampler::new(
-        ctx,
-        &SamplerDesc {
-            mag: vk::Filter::NEAREST,
-            min: vk::Filter::NEAREST,
-            mip: vk::SamplerMipmapMode::NEAREST,
-            wrap: address_modes(wrap),
-            ..SamplerDesc::default()
-        },
-    )
+    Sampler::new(ctx, &SamplerDesc { wrap: address_modes(wrap), ..SamplerDesc::nearest() })
 }
 
 fn sampler(ctx: &Context, sampler: SceneSampler) -> Result<Sampler> {

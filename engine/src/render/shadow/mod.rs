@@ -69,13 +69,7 @@ impl ShadowMaps {
         )?;
         let sampler = Sampler::new(
             ctx,
-            &SamplerDesc {
-                mag: vk::Filter::NEAREST,
-                min: vk::Filter::NEAREST,
-                mip: vk::SamplerMipmapMode::NEAREST,
-                wrap: [vk::SamplerAddressMode::CLAMP_TO_EDGE; 2],
-                ..SamplerDesc::default()
-            },
+            &SamplerDesc { wrap: [vk::SamplerAddressMode::CLAMP_TO_EDGE; 2], ..SamplerDesc::nearest() },
         )?;
         Ok(ShadowMaps { atlas, sampler, size, columns: extent[0] / size, sets, slots: Vec::new() })
     }

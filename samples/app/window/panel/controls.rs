@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use egui::{ComboBox, DragValue, Response, Slider, Ui};
+use prism_engine::render::plan;
 use prism_engine::settings::{
     DepthPrepass, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, Tangents, View, VisibilityBuffer,
 };
@@ -321,7 +322,7 @@ fn shading(ui: &mut Ui, now: &mut Settings, facts: &Facts<'_>, tips: &Tips) {
     ui.checkbox(&mut four, "msaa 4").on_hover_text(tips.of("msaa"));
     now.msaa = if four { 4 } else { 1 };
     choice(ui, "depth-prepass", &mut now.depth_prepass, DepthPrepass::ALL, |_| true, tips);
-    ui.add_enabled_ui(switch::names_lids(now), |ui| {
+    ui.add_enabled_ui(plan::may_name_lids(now), |ui| {
         choice(ui, "visibility-buffer", &mut now.visibility_buffer, VisibilityBuffer::ALL, |_| true, tips);
     });
     *now = switch::fitting(now.clone());
