@@ -20,7 +20,7 @@ use prism_engine::{
 use rig::{
     Easel, Rig, SHELLS,
     exactness::SCENES,
-    lights::{SUNS, lit_by, near_lights, sun},
+    lights::{SUNS, difference, lit_by, near_lights, sun},
     record,
 };
 
@@ -46,23 +46,6 @@ fn compare(test: &Aov, truth: &Aov) -> [usize; 3] {
 
 fn truth(scene: &Scene, light: Light, camera: &Camera, size: [u32; 2]) -> Aov {
     Reference::new(&lit_by(scene, light)).render(camera, size[0], size[1], Shadows::TraceOwn)
-}
-
-/// Where what a picture sees of the light differs from the reference: light grey is lit, dark grey is not, red is lit in
-/// the picture alone and blue in the reference alone; black is covered by neither or by one.
-fn difference(test: &Aov, truth: &Aov) -> RgbImage {
-    let mut picture = RgbImage::new(truth.width, truth.height);
-    for (i, pixel) in picture.pixels_mut().enumerate() {
-        if test.depth[i].is_finite() && truth.depth[i].is_finite() {
-            pixel.0 = match (test.shadow[i] < 0.5, truth.shadow[i] < 0.5) {
-                (false, false) => [190; 3],
-                (true, true) => [70; 3],
-                (false, true) => [255, 40, 40],
-                (true, false) => [60, 110, 255],
-            };
-        }
-    }
-    picture
 }
 
 const HEADER: &str = "\

@@ -5,6 +5,7 @@ mod rig;
 use std::fs;
 
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3, Vec3};
+use image::RgbImage;
 use prism_engine::{
     aov::Aov,
     render::variant::Pass,
@@ -15,7 +16,7 @@ use prism_engine::{
     settings::{March, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
-use rig::{Rig, SHELLS, STAGES, exactness::SCENES, record, square::square};
+use rig::{Rig, SHELLS, STAGES, exactness::SCENES, lights::difference, record, square::square};
 
 const EXTENT: [u32; 2] = [160, 90];
 
@@ -366,12 +367,24 @@ const HEADER: &str = "\
 | scene | map, texels a side | texel, mesh units | pixels | wrong | leaks | acne | |
 |---|---|---|---|---|---|---|---|";
 
+/// Texels a side of the maps of a sweep.
+const SIZES: [u32; 3] = [128, 512, 2048];
+
+/// What a sweep tells: a row a map, those that miss, and where each differs, a row a scene and a column a map.
+struct Sweep {
+    rows: Vec<String>,
+    missed: Vec<String>,
+    sheet: RgbImage,
+}
+
 /// Draws scenes by maps of more and more texels, tells each, and returns the rows and those that miss: light leaks, one
 /// in a thousand pixels has acne, or the error neither fell by a quarter nor lies under 3 in 1,000.
-fn sweep(rig: &Rig, names: &[&str]) -> [Vec<String>; 2] {
-    let [mut rows, mut missed] = [Vec::new(), Vec::new()];
+fn sweep(rig: &Rig, names: &[&str]) -> Sweep {
+    let [width, height] = EXTENT;
+    let sheet = RgbImage::new(SIZES.len() as u32 * width, names.len() as u32 * height);
+    let mut swept = Sweep { rows: Vec::new(), missed: Vec::new(), sheet };
     println!("{HEADER}");
-    for name in names {
+    for (line, name) in names.iter().enumerate() {
         let mut scene = rig::asset(&format!("{name}.gltf"));
         let light = scene.lights.first().copied().unwrap_or_else(|| rig::lights::sun([45.0, 70.0]));
         scene.lights = vec![light];
@@ -380,10 +393,13 @@ fn sweep(rig: &Rig, names: &[&str]) -> [Vec<String>; 2] {
         let aov = reference.render(&camera, EXTENT[0], EXTENT[1], Shadows::Trace);
         let truth = Truth { reference: &reference, camera, light, aov };
         let mut last = usize::MAX;
-        for size in [128, 512, 2048] {
+        for (column, size) in SIZES.into_iter().enumerate() {
             let texel = 2.0 * radius(&scene) / f64::from(size);
             let settings = mapped(Shell::Walk, Stage::Mesh, size, 1);
-            let c = truth.compare(&rig.easel(&scene, &settings, EXTENT).draw(&camera), texel);
+            let drawn = rig.easel(&scene, &settings, EXTENT).draw(&camera);
+            let [x, y] = [column as i64 * i64::from(width), line as i64 * i64::from(height)];
+            image::imageops::replace(&mut swept.sheet, &difference(&drawn, &truth.aov), x, y);
+            let c = truth.compare(&drawn, texel);
             let falls = c.wrong <= last - last / 4 || 1000 * c.wrong <= 3 * c.seen;
             let met = c.seen >= 3000 && falls && c.leaks == 0 && 1000 * c.acne <= c.seen;
             let verdict = if met { "met" } else { "**MISSED**" };
@@ -391,19 +407,19 @@ fn sweep(rig: &Rig, names: &[&str]) -> [Vec<String>; 2] {
             let row = format!("| {name} | {size} | {texel:.5} | {seen} | {wrong} | {leaks} | {acne} | {verdict} |");
             println!("{row}");
             if !met {
-                missed.push(row.clone());
+                swept.missed.push(row.clone());
             }
-            rows.push(row);
+            swept.rows.push(row);
             last = wrong;
         }
     }
-    [rows, missed]
+    swept
 }
 
 /// The finer the map, the fewer pixels are wrong; no light leaks.
 #[test]
 fn errors_fall_with_the_texel() {
-    let [rows, missed] = sweep(&Rig::new(), &["torus", "cube", "cloth"]);
+    let Sweep { rows, missed, .. } = sweep(&Rig::new(), &["torus", "cube", "cloth"]);
     assert_eq!(rows.len(), 9);
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
@@ -411,27 +427,31 @@ fn errors_fall_with_the_texel() {
 /// Cells of the whole sweep that miss, as its table says; none is asked for. The seams leak most.
 const KNOWN_MISSES: usize = 7;
 
-/// Every scene of the table of figures; writes `tests/figures/shadow_map_DEVICE.md`.
+/// Every scene of the table of figures; writes `tests/figures/shadow_map_DEVICE.md` and its picture.
 #[test]
 #[ignore = "takes minutes: tests/run figures"]
 fn every_scene_by_its_map_alone() {
     let rig = Rig::new();
-    let [rows, missed] = sweep(&rig, &SCENES);
+    let Sweep { rows, missed, sheet } = sweep(&rig, &SCENES);
     let [width, height] = EXTENT;
+    let name = record::device_name(&rig.device());
     let text = format!(
         "# Shadow maps alone: error against texel size\n\n{}; {width}×{height}, one map; {}. Written by `tests/run \
          figures`.\n\nWrong: more than half of the light differs from the f64 reference's light visibility. A leak is \
          lit where the reference is dark and all light within a texel of the pixel's own ray is blocked on its way from \
          the pixel on; acne is dark where the reference is lit, two texels or more from any edge of its shadow. To be \
          reached: no leak, acne on at most 1 in 1,000 pixels, an error that falls by a quarter at least from map to map or \
-         lies under 3 in 1,000. {} cells, {} missed.\n\n{HEADER}\n{}\n",
+         lies under 3 in 1,000. {} cells, {} missed.\n\n![Differences](shadow_map_{name}.png)\n\nA row a scene, in the \
+         table's order, a column a map: light grey is lit, dark grey is not, red is lit here alone, blue in the reference \
+         alone.\n\n{HEADER}\n{}\n",
         rig.device(),
         record::date(),
         rows.len(),
         missed.len(),
         rows.join("\n")
     );
-    fs::write(record::path(&format!("shadow_map_{}.md", record::device_name(&rig.device()))), text).expect("the table");
+    fs::write(record::path(&format!("shadow_map_{name}.md")), text).expect("the table");
+    sheet.save(record::path(&format!("shadow_map_{name}.png"))).expect("the picture");
     assert_eq!(rows.len(), 3 * SCENES.len());
     println!("{} missed, {KNOWN_MISSES} known", missed.len());
     assert!(missed.len() <= KNOWN_MISSES, "{}", missed.join("\n"));

@@ -12,10 +12,6 @@
 #include "render/ambient_occlusion.glsl"
 #ifdef SHADOW_MAPS
 #include "render/shadow_map.glsl"
-#ifdef HAS_HEIGHT
-#include "render/adjacency.glsl"
-#include "shell/prism_bits.glsl"
-#endif
 #endif
 #endif
 #ifdef HAS_HEIGHT
@@ -53,65 +49,24 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
 }
 
 #if defined(SHADOW_MAPS) && defined(HAS_HEIGHT)
-// Coordinates that differ by less are the same.
-const float SAME_UV = 1e-5;
-
-vec2 height_uv_of(Vertex vertex) {
-    return vec2(vertex.shell.w, vertex.normal.w);
-}
-
-// How the height field continues beside a hit on it in prism `id`. s0, e1, e2, along, slope: see below.
-Relief shell_relief(Object object, uint id, Vertex v[3], ShellHit hit, vec2 slope, vec3 s0, vec3 e1, vec3 e2,
-                    vec3 along) {
-    vec3 t1 = e1 + slope.x * along, t2 = e2 + slope.y * along, normal = cross(t1, t2);
-    vec2 uv = height_uv_of(v[0]), uv1 = height_uv_of(v[1]) - uv, uv2 = height_uv_of(v[2]) - uv;
-    // What the weights of corners 1 and 2 gain by a displacement within the plane of t1 and t2.
-    float squared = max(dot(normal, normal), 1e-37);
-    vec3 gain1 = cross(t2, normal) / squared, gain2 = cross(normal, t1) / squared;
-    gain1 = transform_direction(object.normal_x, object.normal_y, object.normal_z, gain1);
-    gain2 = transform_direction(object.normal_x, object.normal_y, object.normal_z, gain2);
-    Relief relief;
-    relief.uv = uv + hit.lambda.y * uv1 + hit.lambda.z * uv2;
-    relief.level = hit.t;
-    relief.lambda = hit.lambda;
-    relief.to_lambda = outerProduct(vec3(-1.0, 1.0, 0.0), gain1) + outerProduct(vec3(-1.0, 0.0, 1.0), gain2);
-    relief.to_uv = outerProduct(uv1, gain1) + outerProduct(uv2, gain2);
-    relief.rise = slope.x * gain1 + slope.y * gain2;
-    relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, along);
-    for (int k = 0; k < 3; ++k) {
-        relief.lifts[k] = transform_direction(object.world_x, object.world_y, object.world_z, v[k].shell.xyz);
-    }
-    relief.climb = transform_direction(object.normal_x, object.normal_y, object.normal_z, normal);
-    relief.climb /= max(dot(normal, along), 1e-37);
-    vec3 level_normal = cross(e1, e2);
-    for (int k = 0; k < 3; ++k) {
-        relief.beyond[k] = vec3(0.0);
-        relief.fold[k] = 0.0;
-        relief.fold_uv[k] = vec2(0.0);
-        uint across = adjacency.item[3u * id + uint(k)];
-        if (across == NO_NEIGHBOUR) {
-            continue;
+// A hit in prism `id` as a shadow map's receiver; one on a wall in the prism before it, on the side that `facing` points
+// to.
+Receiver shell_receiver(uint id, Vertex v[3], ShellHit hit, vec3 position, vec3 facing) {
+    Receiver receiver = NO_RECEIVER;
+    vec3 lambda = hit.lambda;
+#ifndef NO_STEPS
+    receiver.on_wall = hit.wall >= 0;
+    if (receiver.on_wall && dot(facing, v[hit.wall].position.xyz + hit.t * v[hit.wall].shell.xyz - position) < 0.0) {
+        uint across = adjacency.item[3u * id + uint(hit.wall)];
+        if (across == NO_NEIGHBOUR || wall_field(prisms.item[id].corners.w, hit.wall) != 0u) {
+            return NO_RECEIVER;
         }
-        // The neighbour's corner beyond the wall, and what its coordinates are off by at the two that it shares.
-        uvec4 corners = prisms.item[across >> 2u].corners;
-        uint wall = across & 3u;
-        Vertex beyond = vertices.item[corners[wall]];
-        int first = (k + 1) % 3, second = (k + 2) % 3;
-        vec2 jump = height_uv_of(vertices.item[corners[(wall + 2u) % 3u]]) - height_uv_of(v[first]);
-        vec2 other = height_uv_of(vertices.item[corners[(wall + 1u) % 3u]]) - height_uv_of(v[second]);
-        vec3 beside = beyond.position.xyz + hit.t * beyond.shell.xyz - s0;
-        float over = dot(beside, level_normal) / dot(along, level_normal);
-        vec2 weights = barycentric_step(beside - over * along, e1, e2);
-        vec3 lambda = vec3(1.0 - weights.x - weights.y, weights);
-        // Not across a seam that turns or stretches the map, nor where the neighbour folds back over the prism.
-        if (lambda[k] < 0.0 && all(lessThan(abs(other - jump), vec2(SAME_UV)))) {
-            vec2 bent = height_uv_of(beyond) - jump - (uv + weights.x * uv1 + weights.y * uv2);
-            relief.beyond[k] = lambda / lambda[k];
-            relief.fold[k] = over / lambda[k];
-            relief.fold_uv[k] = bent / lambda[k];
-        }
+        lambda = weights_across(lambda, hit.wall, int(across & 3u));
+        id = across >> 2u;
     }
-    return relief;
+#endif
+    receiver.followed = receiver_stands(receiver, id, lambda, hit.t, true);
+    return receiver;
 }
 #endif
 
@@ -211,13 +166,12 @@ Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, S
     shaded.surface = surface;
     shaded.visibility = facing_lights(surface);
 #ifdef SHADOW_MAPS
-    Relief relief = NO_RELIEF;
 #ifdef HAS_HEIGHT
-    if (displaced && hit.wall < 0) {
-        relief = shell_relief(object, id, v, hit, slope, s0, e1, e2, along);
-    }
+    Receiver receiver = shell_receiver(id, v, hit, position, geometric);
+#else
+    Receiver receiver = NO_RECEIVER;
 #endif
-    shaded.visibility = mapped_visibility(shaded.visibility, surface, relief);
+    shaded.visibility = mapped_visibility(shaded.visibility, surface, receiver);
 #endif
     shaded.side = side;
     shaded.uv = at[AOV_UV].uv;

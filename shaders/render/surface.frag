@@ -228,20 +228,22 @@ void main() {
     float height = material.displacement.y;
 #endif
 #ifdef SHADOW_MAPS
-    Relief relief = NO_RELIEF;
+    Receiver receiver = NO_RECEIVER;
 #if defined(MARCH_TRACES) && defined(DEPTH_OFFSET)
-    relief.uv = height_uv;
-    relief.level = level;
+    receiver.followed = true;
+    receiver.uv = height_uv;
+    receiver.level = level;
+    receiver.scale = material.displacement.x;
+    // The inverse of what u, v and the level gain by a displacement.
     vec3 to_u = vec3(jacobian[0].x, jacobian[1].x, jacobian[2].x);
     vec3 to_v = vec3(jacobian[0].y, jacobian[1].y, jacobian[2].y);
-    to_u = transform_direction(object.normal_x, object.normal_y, object.normal_z, to_u);
-    to_v = transform_direction(object.normal_x, object.normal_y, object.normal_z, to_v);
-    relief.to_uv = outerProduct(vec2(1.0, 0.0), to_u) + outerProduct(vec2(0.0, 1.0), to_v);
-    relief.rise = facing * (gradient.x * to_u + gradient.y * to_v);
-    relief.lift = transform_direction(object.world_x, object.world_y, object.world_z, facing * base_normal);
-    relief.climb = surface.geometric / dot(surface.geometric, relief.lift);
+    receiver.axes = inverse(transpose(mat3(to_u, to_v, facing * base_normal)));
+    for (int i = 0; i < 3; ++i) {
+        receiver.axes[i] = transform_direction(object.world_x, object.world_y, object.world_z, receiver.axes[i]);
+    }
+    receiver.uvs = mat2(1.0);
 #endif
-    visibility = mapped_visibility(visibility, surface, relief);
+    visibility = mapped_visibility(visibility, surface, receiver);
 #endif
     write_outputs(surface, visibility, at[AOV_UV].uv, view_depth, height);
 #endif

@@ -1,7 +1,11 @@
-//! Lights to cast shadows by.
+//! Lights to cast shadows by, and what pictures make of them.
 
 use glam::DVec3;
-use prism_engine::scene::{Light, LightKind, Scene};
+use image::RgbImage;
+use prism_engine::{
+    aov::Aov,
+    scene::{Light, LightKind, Scene},
+};
 
 /// Elevation above the horizon and azimuth of suns from overhead to 1° above the horizon, degrees.
 pub const SUNS: [[f64; 2]; 4] = [[90.0, 0.0], [45.0, 70.0], [10.0, 200.0], [1.0, 310.0]];
@@ -34,4 +38,21 @@ pub fn near_lights(position: DVec3) -> [(&'static str, Light); 2] {
         kind: LightKind::Point,
     };
     [("point", lamp), ("spot", Light { kind: LightKind::Spot { inner: 0.3, outer: 1.2 }, ..lamp })]
+}
+
+/// Where what a picture sees of the light differs from the reference: light grey is lit, dark grey is not, red is lit in
+/// the picture alone and blue in the reference alone; black is covered by neither or by one.
+pub fn difference(test: &Aov, truth: &Aov) -> RgbImage {
+    let mut picture = RgbImage::new(truth.width, truth.height);
+    for (i, pixel) in picture.pixels_mut().enumerate() {
+        if test.depth[i].is_finite() && truth.depth[i].is_finite() {
+            pixel.0 = match (test.shadow[i] < 0.5, truth.shadow[i] < 0.5) {
+                (false, false) => [190; 3],
+                (true, true) => [70; 3],
+                (false, true) => [255, 40, 40],
+                (true, false) => [60, 110, 255],
+            };
+        }
+    }
+    picture
 }
