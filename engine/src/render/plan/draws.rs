@@ -62,6 +62,7 @@ pub(super) fn plan_draws(
         per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
         deforms: false,
+        surface_vertices: false,
         cull: None,
         visibility: false,
         // Of the others some add to the shaded picture.
