@@ -12,7 +12,7 @@ use clap::{Parser, Subcommand};
 pub use tools::ReportArgs;
 pub use {
     draw::{CommonArgs, ExplainArgs, RenderArgs, RunArgs},
-    look::LookArgs,
+    look::{LookArgs, StepArgs},
     session::{CameraArgs, SessionArgs},
     tools::{BakeArgs, BakeKind, BenchArgs, DeviceArgs, ProbeArgs},
     value::{height_scale, on_off, ranged, scale_factors, share, two_numbers, unbounded, words},
