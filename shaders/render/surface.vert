@@ -30,7 +30,7 @@ void main() {
     out_position = vertex.position.xyz;
     out_normal = vertex.normal.xyz;
 #ifdef VERTEX_UVS
-    out_uvs = vertex_uvs(gl_VertexIndex);
+    out_uvs = vertex_uvs(gl_VertexIndex, height_uv_of(vertex));
 #endif
 #ifdef VERTEX_TANGENTS
     out_tangent = tangents.item[gl_VertexIndex];
@@ -39,6 +39,6 @@ void main() {
     out_shear = vertex.position.w;
 #endif
 #ifdef HAS_HEIGHT
-    out_height_uv = vec2(vertex.shell.w, vertex.normal.w);
+    out_height_uv = height_uv_of(vertex);
 #endif
 }

@@ -1,6 +1,7 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
 mod check;
+mod derived;
 mod draws;
 pub mod fade;
 pub mod ledger;
@@ -16,6 +17,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 pub use self::check::{allows, check, dicer, may_cull, may_shade_samples, wants_shell};
+pub use self::derived::Derived;
 use self::draws::plan_draws;
 use self::fade::Span;
 use self::ledger::{Ledger, Need};
@@ -68,6 +70,8 @@ pub struct PlannedPrimitive {
     pub headroom: f64,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// What of its vertices follows from the rest of them.
+    pub derived: Derived,
     /// What its draws read of its vertices besides.
     pub streams: Streams,
     /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
@@ -201,13 +205,16 @@ fn plan_streams(scene: &Scene, plan: &mut Plan) {
         let variants = drawn.map(|draw| draw.variant).filter(|variant| variant.geometry != Geometry::MicroMesh);
         let variants: Vec<_> = variants.collect();
         let of = primitive_name(scene, mesh, number);
-        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool| {
-            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads)))
+        let derived = plan.primitives[index].derived.uvs;
+        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool, derived: bool| {
+            let read = variants.iter().any(reads);
+            plan.ledger.decide(&of, what, needs::stream(has, read, derived))
         };
         let uvs = [0, 1].map(|set: usize| {
-            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &|variant| variant.reads_uvs(set as u8))
+            let reads = |variant: &Variant| variant.reads_uvs(set as u8);
+            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &reads, derived == Some(set as u8))
         });
-        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents);
+        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents, false);
         plan.primitives[index].streams = Streams { uvs, tangents };
     }
 }
