@@ -56,7 +56,11 @@ pub fn features(job: &Job<'_>, scenes: &[Loaded], interactive: bool) -> Features
     wanted.push(job.settings.clone());
     for (loaded, settings) in scenes.iter().flat_map(|loaded| wanted.iter().map(move |settings| (loaded, settings))) {
         let needed = render::features(&loaded.scene, settings, interactive);
-        for (list, more) in [(&mut features.required, needed.required), (&mut features.optional, needed.optional)] {
+        for (list, more) in [
+            (&mut features.required, needed.required),
+            (&mut features.optional, needed.optional),
+            (&mut features.alternatives, needed.alternatives),
+        ] {
             for feature in more {
                 if !list.contains(&feature) {
                     list.push(feature);
@@ -78,6 +82,7 @@ pub fn context_desc<'a>(job: &'a Job<'_>, features: &'a Features) -> ContextDesc
         selector: job.common.session.gpu.as_deref(),
         required: &features.required,
         optional: &features.optional,
+        alternatives: &features.alternatives,
         ..ContextDesc::default()
     }
 }

@@ -7,6 +7,9 @@ use crate::scene::{Channel, Procedure, Wrap};
 use crate::settings::{Dicer, March, Normals, Stage, View};
 use crate::shell::prisms::MAX_OTHERS;
 
+/// What one draw is drawn by at most: its shading, its depth before it, its nearest lids, the list of its prisms.
+pub const MOST_VARIANTS: usize = 4;
+
 /// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
 pub const TEXTURE_DEFINES: [&str; 7] = [
     "BASE_COLOR_UV",
@@ -82,6 +85,18 @@ impl Geometry {
             Geometry::Shell(stage) | Geometry::Lids(stage) | Geometry::Borders(stage) => Some(stage),
         }
     }
+}
+
+/// What there is, or is read, of a primitive's vertices, besides UV sets and tangents.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Vertices {
+    /// Nothing.
+    #[default]
+    None,
+    /// All but the shell normals.
+    Surface,
+    /// All.
+    Shell,
 }
 
 /// What a draw is for.
@@ -206,6 +221,8 @@ pub struct Variant {
     pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
+    /// Its primitive's vertices are without shell normals ([`super::layout::SurfaceVertex`]).
+    pub surface_vertices: bool,
     /// Unseen prisms are dropped.
     pub cull: Option<Cull>,
     /// Its walks begin at the lids that the visibility buffer names.
@@ -394,10 +411,26 @@ impl Variant {
             && (self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height))
     }
 
+    /// Whether it shows coordinates, those of [`Variant::aov_uv`].
+    pub fn shows_uvs(&self) -> bool {
+        self.aov || self.view == View::Uv
+    }
+
     /// Whether its textures, or what it shows of them, are on a UV set.
     pub fn reads_uvs(&self, set: u8) -> bool {
-        let shown = self.aov || self.view == View::Uv;
-        self.textures.contains(&Some(set)) || (shown && self.aov_uv == set)
+        self.textures.contains(&Some(set)) || (self.shows_uvs() && self.aov_uv == set)
+    }
+
+    /// What it reads of its primitive's vertices themselves.
+    pub fn reads_vertices(&self) -> Vertices {
+        match self.geometry {
+            // It has vertices of its own.
+            Geometry::MicroMesh => Vertices::None,
+            // A tangent frame's shear lies where the others have none.
+            Geometry::Surface if !self.height.is_some_and(|height| height.mesh_tangents) => Vertices::Surface,
+            Geometry::BaseEdges => Vertices::Surface,
+            _ => Vertices::Shell,
+        }
     }
 
     /// Whether it reads them as the vertices' own.
@@ -468,6 +501,7 @@ impl Variant {
         flag("CULL_HIDDEN", self.cull.is_some_and(|cull| cull.hidden));
         flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
+        flag("SURFACE_VERTICES", self.surface_vertices);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("VISIBILITY", self.visibility);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);

@@ -101,19 +101,10 @@ impl HeightBounds {
     /// Least and greatest height over the box `uv_min..=uv_max` (height map coordinates, after any
     /// `KHR_texture_transform`, not wrapped), padded for the rounding of f32 shaders.
     pub fn over(&self, uv_min: DVec2, uv_max: DVec2) -> (f32, f32) {
-        let texels = |axis: usize, lo: f64, hi: f64| {
-            let n = self.size[axis] as f64;
-            let pad = UV_PAD * lo.abs().max(hi.abs()).max(1.0) * n + TEXEL_PAD;
-            wrapped_range(
-                (lo * n - 0.5 - pad).floor() as i64,
-                (hi * n - 0.5 + pad).floor() as i64 + 1,
-                self.size[axis],
-                self.wrap[axis],
-            )
-        };
+        let texels = |axis: usize| texels_read(self.size[axis], self.wrap[axis], uv_min[axis], uv_max[axis]);
         let (mut lo, mut hi) = (f32::INFINITY, f32::NEG_INFINITY);
-        for rows in texels(1, uv_min.y, uv_max.y).into_iter().flatten() {
-            for columns in texels(0, uv_min.x, uv_max.x).into_iter().flatten() {
+        for rows in texels(1).into_iter().flatten() {
+            for columns in texels(0).into_iter().flatten() {
                 self.extend(self.levels.len() - 1, [0, 0], [&columns, &rows], &mut lo, &mut hi);
             }
         }
@@ -162,6 +153,25 @@ impl Level {
         }
         Level { size, nodes }
     }
+}
+
+/// The one height that a map has wherever its field is read over a box of UV, if there is one.
+pub fn constant_over(map: &HeightMap, wrap: [Wrap; 2], uv_min: DVec2, uv_max: DVec2) -> Option<f64> {
+    let size = [map.width, map.height];
+    let texels = |axis: usize| texels_read(size[axis] as usize, wrap[axis], uv_min[axis], uv_max[axis]);
+    let (rows, columns) = (texels(1).into_iter().flatten().flatten(), texels(0).into_iter().flatten().flatten());
+    let columns: Vec<usize> = columns.collect();
+    let mut heights = rows.flat_map(|y| columns.iter().map(move |x| map.height(*x as u32, y as u32)));
+    let first = heights.next()?;
+    heights.all(|height| height == first).then_some(first)
+}
+
+/// The texels of an axis of `n` that a bilinear field reads between two coordinates.
+fn texels_read(n: usize, wrap: Wrap, lo: f64, hi: f64) -> [Option<RangeInclusive<usize>>; 2] {
+    let texels = n as f64;
+    let pad = UV_PAD * lo.abs().max(hi.abs()).max(1.0) * texels + TEXEL_PAD;
+    let [first, last] = [lo * texels - 0.5 - pad, hi * texels - 0.5 + pad].map(|at| at.floor() as i64);
+    wrapped_range(first, last + 1, n, wrap)
 }
 
 /// The texels of an axis of `n` that the unwrapped texels `first..=last` fold onto: one or two ranges. Where a

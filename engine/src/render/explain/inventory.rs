@@ -60,7 +60,7 @@ pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situ
             add(format!("{name} {what}"), bytes);
         }
         if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
-            let own = baseline::buffers(scene, planned, &name, data.center, baseline).unwrap_or_default();
+            let own = baseline::buffers(scene, planned, &name, baseline).unwrap_or_default();
             own.into_iter().for_each(|(name, bytes)| add(name, bytes));
         }
     }

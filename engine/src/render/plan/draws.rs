@@ -64,6 +64,7 @@ pub(super) fn plan_draws(
         height_uvs: geometry.derived.uvs,
         normals_along_shell: false,
         deforms: false,
+        surface_vertices: false,
         cull: None,
         visibility: false,
         // Of the others some add to the shaded picture.

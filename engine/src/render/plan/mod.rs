@@ -25,7 +25,7 @@ use self::lights::MAX_SHADOWED_LIGHTS;
 pub use self::lights::ShadowPlan;
 use self::meshes::plan_mesh;
 pub use self::visibility::may_name_lids;
-use super::variant::{Cull, Geometry, Height, UV_SETS, Variant};
+use super::variant::{Cull, Geometry, Height, UV_SETS, Variant, Vertices};
 use crate::scene::{Primitive, Scene, TextureRef};
 use crate::settings::{DepthPrepass, SelfShadow, Settings, Shell, Stage, View};
 use crate::shell::{prisms::ShellGeometry, walk::WalkGeometry};
@@ -80,9 +80,11 @@ pub struct PlannedPrimitive {
     pub deforms: bool,
 }
 
-/// What only some draws read of vertices.
+/// What draws read of vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streams {
+    /// The vertices themselves.
+    pub vertices: Vertices,
     /// UV sets 0 and 1.
     pub uvs: [bool; 2],
     /// Shading tangents.
@@ -196,26 +198,35 @@ fn trim(settings: &Settings, plan: &mut Plan) {
     }
 }
 
-/// What is there of vertices besides what every draw reads. A micro-mesh has vertices of its own.
+/// What is there of vertices.
 fn plan_streams(scene: &Scene, plan: &mut Plan) {
     for index in 0..plan.primitives.len() {
         let (mesh, number) = (plan.primitives[index].mesh, plan.primitives[index].primitive);
         let primitive = &scene.meshes[mesh].primitives[number];
         let drawn = plan.draws.iter().chain(&plan.aov_draws).filter(|draw| draw.primitive == index);
-        let variants = drawn.map(|draw| draw.variant).filter(|variant| variant.geometry != Geometry::MicroMesh);
-        let variants: Vec<_> = variants.collect();
+        let variants: Vec<_> = drawn.map(|draw| draw.variant).collect();
         let of = primitive_name(scene, mesh, number);
         let derived = plan.primitives[index].derived.uvs;
+        // Poses are written with all there is.
+        let posed = if plan.primitives[index].deforms { Vertices::Shell } else { Vertices::None };
+        let read = variants.iter().map(Variant::reads_vertices).fold(posed, Vertices::max);
+        let lifted = plan.ledger.decide(&of, "shell normals", needs::shell_normals(read));
+        let vertices = if lifted { Vertices::Shell } else { read };
         let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool, derived: bool| {
-            let read = variants.iter().any(reads);
-            plan.ledger.decide(&of, what, needs::stream(has, read, derived))
+            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads), derived))
         };
         let uvs = [0, 1].map(|set: usize| {
             let reads = |variant: &Variant| variant.reads_uvs(set as u8);
             stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &reads, derived == Some(set as u8))
         });
         let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents, false);
-        plan.primitives[index].streams = Streams { uvs, tangents };
+        plan.primitives[index].streams = Streams { vertices, uvs, tangents };
+        let blockers = plan.shadow_maps.iter_mut().flat_map(|maps| &mut maps.draws);
+        for draw in plan.draws.iter_mut().chain(&mut plan.aov_draws).chain(blockers) {
+            if draw.primitive == index {
+                draw.variant.surface_vertices = vertices == Vertices::Surface;
+            }
+        }
     }
 }
 
@@ -282,7 +293,7 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     for Draw { variant, .. } in &mut plan.draws {
         *variant = Variant {
             aov: false,
-            aov_uv: 0,
+            aov_uv: if variant.view == View::Uv { variant.aov_uv } else { 0 },
             samples: settings.msaa as u8,
             per_sample: variant.decides_coverage(),
             // Counted once, where there is one sample.

@@ -31,7 +31,9 @@ pub struct Primitive {
     pub diced: Option<Diced>,
     /// What its pose overwrites, as uploaded: of a primitive that deforms.
     pub rest: Option<Rest>,
-    pub vertices: Buffer,
+    /// With shell normals, or without.
+    pub vertices: Option<Buffer>,
+    pub surface_vertices: Option<Buffer>,
     /// UV sets that are read.
     pub uvs: [Option<Buffer>; 2],
     pub tangents: Option<Buffer>,
@@ -182,6 +184,8 @@ pub fn upload(
             let mut stream = |what: &str, bytes: &[u8]| {
                 (!bytes.is_empty()).then(|| uploader.buffer(&format!("{name} {what}"), storage, bytes)).transpose()
             };
+            let vertices = stream("vertices", bytemuck::cast_slice(&data.vertices))?;
+            let surface_vertices = stream("surface_vertices", bytemuck::cast_slice(&data.surface_vertices))?;
             let [uvs_0, uvs_1] = &data.uvs;
             let uvs = [stream("uvs_0", bytemuck::cast_slice(uvs_0))?, stream("uvs_1", bytemuck::cast_slice(uvs_1))?];
             let tangents = stream("tangents", bytemuck::cast_slice(&data.tangents))?;
@@ -196,7 +200,8 @@ pub fn upload(
                 indices,
                 micro_mesh,
                 diced,
-                vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
+                vertices,
+                surface_vertices,
                 uvs,
                 tangents,
                 prisms,
@@ -224,11 +229,16 @@ impl Primitive {
     ) -> Result<DescriptorSet> {
         let mut bindings = images.bindings(scene, planned, variant);
         bindings.extend(culled.iter().flat_map(|culled| culled.bindings()));
-        bindings.push(("vertices", Binding::Buffer(&self.vertices)));
-        for (name, uvs) in ["uvs_0", "uvs_1"].into_iter().zip(&self.uvs) {
-            bindings.extend(uvs.as_ref().map(|uvs| (name, Binding::Buffer(uvs))));
+        let [uvs_0, uvs_1] = &self.uvs;
+        for (name, stream) in [
+            ("vertices", &self.vertices),
+            ("surface_vertices", &self.surface_vertices),
+            ("uvs_0", uvs_0),
+            ("uvs_1", uvs_1),
+            ("tangents", &self.tangents),
+        ] {
+            bindings.extend(stream.as_ref().map(|stream| (name, Binding::Buffer(stream))));
         }
-        bindings.extend(self.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
         bindings.extend(self.diced.as_ref().map(|diced| ("diced_triangles", Binding::Buffer(diced.triangles()))));
