@@ -14,10 +14,15 @@ use prism_engine::{
     },
     scene::{Camera, Projection, Scene},
     settings::{March, PrismCulling, Settings, Shell, Stage},
+    shell::reference::Reference,
 };
-use rig::{Rig, same_bits};
+use rig::{Rig, random::Random, same_bits};
 
 const EXTENT: [u32; 2] = [96, 54];
+
+/// Scenes with shells of all kinds: closed and open, with seams, borders, folds and steps.
+const SHELLS: [&str; 7] =
+    ["torus", "cube", "suzanne", "cloth", "stability_seams", "stability_slivers", "stability_needles"];
 
 /// Pixels that tests may keep prisms within, of where they would be dropped.
 const ROOM: f64 = 2.5;
@@ -172,6 +177,116 @@ fn the_frame_is_the_same_and_only_what_no_pixel_shows_is_dropped() {
             assert!(outside + away + hidden > least, "{of}: {counts:?}");
         }
     }
+}
+
+/// The frame around shells of all kinds, from many eyes, one after the other: each goes by what the last one saw.
+#[test]
+#[ignore = "some minutes; tests/run figures"]
+fn the_frame_is_the_same_in_every_scene() {
+    let rig = able();
+    let mut random = Random(5);
+    for name in SHELLS {
+        let scene = rig::asset(&format!("{name}.gltf")).with_defaults(16.0 / 9.0);
+        let (low, high) = scene.bounds().expect("a scene");
+        let (middle, radius) = (low.midpoint(high), 0.5 * low.distance(high));
+        for (shell, stage) in rig::SHELLS.into_iter().flat_map(|shell| rig::STAGES.map(|stage| (shell, stage))) {
+            let easel = |culling| rig.easel(&scene, &settings(shell, stage, culling), EXTENT);
+            let (mut all, mut hidden) = (easel(PrismCulling::Off), easel(PrismCulling::Hidden));
+            let mut dropped = 0;
+            for eye in 0..24 {
+                let at = middle + (0.6 + 1.5 * random.next()) * radius * random.in_ball().normalize_or(DVec3::X);
+                let camera = Camera::look_at(at, middle + 0.5 * radius * random.in_ball(), 40.0).expect("two points");
+                let (whole, culled) = (all.draw(&camera), hidden.draw(&camera));
+                assert!(same_bits(&whole, &culled), "{name}, {shell} {stage}, eye {eye} at {at}");
+                dropped += hidden.culled().hidden;
+            }
+            println!("{name}, {shell} {stage}: {dropped} hidden");
+        }
+    }
+}
+
+/// Where a ray meets a triangle: in lengths of `direction`, and whether it sees its front.
+fn crossing(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<(f64, bool)> {
+    let (p, q) = (direction.cross(c - a), origin - a);
+    let volume = (b - a).dot(p);
+    let (u, v) = (q.dot(p) / volume, direction.dot(q.cross(b - a)) / volume);
+    let inside = volume != 0.0 && u >= -1e-12 && v >= -1e-12 && u + v <= 1.0 + 1e-12;
+    inside.then(|| ((c - a).dot(q.cross(b - a)) / volume, volume > 0.0))
+}
+
+/// Where a ray enters the hull of some points: it does through a triangle of three of them.
+fn entry(origin: DVec3, direction: DVec3, points: &[DVec3]) -> Option<f64> {
+    let n = points.len();
+    let triples = (0..n).flat_map(|i| (i + 1..n).flat_map(move |j| (j + 1..n).map(move |k| [i, j, k])));
+    let crossings = triples.filter_map(|ids| Some(crossing(origin, direction, ids.map(|i| points[i]))?.0));
+    crossings.filter(|distance| *distance > 0.0).reduce(f64::min)
+}
+
+/// What a walk draws: lids and bases as triangles, borders as the hulls of their corners, world.
+struct Walked {
+    triangles: Vec<[DVec3; 3]>,
+    hulls: Vec<[DVec3; 6]>,
+}
+
+impl Walked {
+    fn new(scene: &Scene, planned: &PlannedPrimitive) -> Walked {
+        let walk = planned.walk.as_ref().expect("a walk");
+        let mut walked = Walked { triangles: Vec::new(), hulls: Vec::new() };
+        for (index, prism) in planned.shell.prisms.iter().enumerate() {
+            if walk.is_border(index) {
+                let corners = hull(scene, planned, index, [walk.reach[index]; 3]);
+                walked.hulls.push(std::array::from_fn(|i| corners[i / 2][i % 2]));
+            }
+            if !prism.plain {
+                let corners = hull(scene, planned, index, prism.corners.map(|v| walk.lids[v as usize]));
+                walked.triangles.push(corners.map(|[_, lid]| lid));
+                let [a, b, c] = corners.map(|[base, _]| base);
+                walked.triangles.extend(walk.is_open().then_some([a, c, b]));
+            }
+        }
+        walked
+    }
+
+    /// Where a ray first meets something of it.
+    fn met(&self, origin: DVec3, direction: DVec3) -> f64 {
+        let front = |triangle: &[DVec3; 3]| {
+            crossing(origin, direction, *triangle).filter(|(distance, front)| *front && *distance > 0.0)
+        };
+        let triangles = self.triangles.iter().filter_map(front).map(|(distance, _)| distance);
+        let hulls = self.hulls.iter().filter_map(|points| entry(origin, direction, points));
+        triangles.chain(hulls).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A prism is hidden once the nearest corner of what is drawn of it, and so all of that, lies behind other depth: no pixel
+/// can show anything found from there. For that, whatever a ray hits must lie behind the lid, base or border where it came
+/// into the shell, which is drawn at the same pixel. So it is, in f64, around shells of all kinds.
+#[test]
+fn what_is_hit_lies_behind_what_is_drawn_of_its_shell() {
+    let mut random = Random(11);
+    let (mut rays, mut hits) = (0, 0);
+    for name in SHELLS {
+        let scene = rig::asset(&format!("{name}.gltf"));
+        let plan = plan::plan(&scene, &settings(Shell::Walk, Stage::Mesh, PrismCulling::Off), Stage::Mesh, false);
+        let reference = Reference::new(&scene);
+        let shells = plan.primitives.iter().filter(|planned| planned.walk.is_some());
+        let shells: Vec<_> = shells.map(|planned| (planned, Walked::new(&scene, planned))).collect();
+        let (low, high) = scene.bounds().expect("a scene");
+        let (middle, radius) = (low.midpoint(high), 0.5 * low.distance(high));
+        for _ in 0..1500 {
+            let eye = middle + (1.5 + random.next()) * radius * random.in_ball().normalize_or(DVec3::X);
+            let direction = (middle + 0.8 * radius * random.in_ball() - eye).normalize();
+            rays += 1;
+            let Some(hit) = reference.trace(eye, direction, 0.0) else { continue };
+            let of = |planned: &PlannedPrimitive| planned.primitive == hit.primitive;
+            let Some((_, walked)) = shells.iter().find(|(planned, _)| of(planned)) else { continue };
+            hits += 1;
+            let met = walked.met(eye, direction);
+            assert!(met <= hit.distance + 1e-9 * radius, "{name}: met at {met}, and hit at {}", hit.distance);
+        }
+    }
+    println!("{hits} hits of {rays} rays");
+    assert!(hits > rays / 4, "{hits} of {rays}");
 }
 
 /// What cannot be honoured is refused, and what needs nothing of it has none.

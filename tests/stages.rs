@@ -106,13 +106,14 @@ fn without_a_shell_neither_stage_is_bound() {
 
 #[test]
 fn each_stage_asks_the_device_for_itself_only() {
-    let pairs = [("mesh", "geometry"), ("geometry", "mesh")];
+    let pairs = [("mesh", "geometry"), ("geometry", "mesh"), ("auto", "geometry")];
     for (shell, (stage, other)) in ["prism", "walk"].into_iter().flat_map(|shell| pairs.map(|pair| (shell, pair))) {
         let folder = folder();
         let flags = format!("--size 64x48 --shell {shell} --stage {stage} --stats");
         let outcome = draw("render", asset("cube.gltf")).words(&flags).within(folder.path()).succeeds();
         let features =
             outcome.stdout.lines().find(|line| line.starts_with("features: ")).unwrap_or_else(|| panic!("{outcome}"));
-        assert!(features.contains(stage) && !features.contains(other), "--shell {shell} --stage {stage}: {features}");
+        let own = if stage == "auto" { "mesh" } else { stage };
+        assert!(features.contains(own) && !features.contains(other), "--shell {shell} --stage {stage}: {features}");
     }
 }

@@ -211,7 +211,8 @@ impl Engine {
             let what = format!("no Vulkan 1.3 device with what this scene needs ({})", features.join(", "));
             Error::unsupported(what, "`prism devices` shows what each has; ask for another --stage, or --shell off")
         })?;
-        let wanted = needed.required.iter().chain(&needed.optional);
+        let either = needed.alternatives.iter().find(|f| supported.contains(f));
+        let wanted = needed.required.iter().chain(&needed.optional).chain(either);
         let features: Vec<_> = wanted.filter(|f| supported.contains(f)).copied().collect();
         let (core, mut mesh) = feature_structs(&features);
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()

@@ -54,6 +54,8 @@ pub struct Extent {
     pub quick: bool,
     /// Of the pictures.
     pub size: [u32; 2],
+    /// Of fronts only what competes at equal error: our shells.
+    pub ours: bool,
 }
 
 /// Words of all parts.
@@ -115,11 +117,12 @@ impl Extent {
     }
 
     fn front(&self, scene: &str, first: bool) -> Part {
-        let variants = match (self.quick, first) {
+        let mut variants = match (self.quick, first && !self.ours) {
             (true, _) => variants::few(),
             (false, true) => variants::all(),
             (false, false) => variants::some(),
         };
+        variants.retain(|variant| !self.ours || variant.is_ours());
         Part {
             id: "front",
             title: format!("Error against time: {scene}"),
@@ -288,7 +291,7 @@ mod tests {
 
     fn points(quick: bool, scenes: &[&str]) -> usize {
         let scenes: Vec<String> = scenes.iter().map(|scene| (*scene).to_owned()).collect();
-        let parts = Extent { quick, size: [160, 90] }.parts(&scenes);
+        let parts = Extent { quick, size: [160, 90], ours: false }.parts(&scenes);
         let of = |stand: &Stand| stand.variants.len() + stand.matched.len();
         parts.iter().flat_map(|part| &part.stands).map(of).sum()
     }
@@ -303,14 +306,14 @@ mod tests {
 
     #[test]
     fn every_part_has_its_word() {
-        let parts = Extent { quick: true, size: [16, 9] }.parts(&["torus".to_owned()]);
+        let parts = Extent { quick: true, size: [16, 9], ours: false }.parts(&["torus".to_owned()]);
         let ids: Vec<&str> = parts.iter().map(|part| part.id).collect();
         assert_eq!(ids, IDS);
     }
 
     #[test]
     fn a_part_varies_one_thing() {
-        for part in (Extent { quick: false, size: [320, 180] }).parts(&["torus".to_owned()]) {
+        for part in (Extent { quick: false, size: [320, 180], ours: false }).parts(&["torus".to_owned()]) {
             let [first, ..] = &part.stands[..] else { panic!("{} is empty", part.id) };
             let varied = |differs: fn(&Stand, &Stand) -> bool| part.stands.iter().any(|stand| differs(stand, first));
             let varied = [

@@ -140,7 +140,8 @@ uint verdict(uint prism) {
         vec2 first = min(min(at[0], at[1]), min(min(at[2], at[3]), min(at[4], at[5]))) - ROOM;
         vec2 last = max(max(at[0], at[1]), max(max(at[2], at[3]), max(at[4], at[5]))) + ROOM;
 #if defined(WALK_LIDS) || defined(WALK_BORDERS)
-        // A ray may have come under a neighbour's lid just before it meets this one.
+        // Nothing that is hit stands before the lid, base or border where its ray comes in, and that is drawn (proved by
+        // tests/culling.rs and engine/src/shell/walk.rs). Snapped to its grid, a rasteriser may name a neighbour of it.
         nearest -= 0.5 * (farthest - nearest);
 #endif
         nearest = max(nearest * (1.0 - 1e-4), frame.lens.z);

@@ -3,6 +3,7 @@
 // Ends of lines over the picture: edges of base triangles, or (PRISM_EDGES) the nine edges of each prism, between the
 // lowest and the highest level of its surface.
 #include "render/interface.glsl"
+#include "render/surface_vertices.glsl"
 #include "shell/prism_bits.glsl"
 
 layout(location = 0) flat out vec3 out_line;
@@ -19,8 +20,7 @@ void main() {
     vec3 at = vertex.position.xyz + (top ? prism.range.y : prism.range.x) * vertex.shell.xyz;
     out_line = upright ? vec3(0.35) : top ? vec3(0.9, 0.35, 0.02) : vec3(0.02, 0.25, 0.7);
 #else
-    Vertex vertex = vertices.item[gl_VertexIndex];
-    vec3 at = vertex.position.xyz;
+    vec3 at = surface_vertex(gl_VertexIndex).position.xyz;
     out_line = vec3(0.9, 0.35, 0.02);
 #endif
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, at);

@@ -93,10 +93,6 @@ int wall_before(vec3 lambda) {
 }
 
 #ifndef RASTERISED
-vec2 height_uv_of(Vertex vertex) {
-    return vec2(vertex.shell.w, vertex.normal.w);
-}
-
 // Sees places from prism `id`, from its point with these weights at level `t`. first: that is the receiver. False where
 // all levels meet there.
 bool receiver_stands(inout Receiver receiver, uint id, vec3 lambda, float t, bool first) {

@@ -45,6 +45,8 @@ pub struct ContextDesc<'a> {
     pub required: &'a [Feature],
     /// Enabled where present; ask [`Context::has`].
     pub optional: &'a [Feature],
+    /// Of these the first that is present, unless one is asked for already; ask [`Context::has`].
+    pub alternatives: &'a [Feature],
     /// Pretended to be absent, for tests. `PRISM_MASK_FEATURES` adds to these.
     pub masked: &'a [Feature],
     /// The window to present to. It must outlive the context.
@@ -60,6 +62,7 @@ impl Default for ContextDesc<'_> {
             selector: None,
             required: &[],
             optional: &[],
+            alternatives: &[],
             masked: &[],
             #[cfg(feature = "window")]
             surface: None,
@@ -215,9 +218,11 @@ impl Context {
         let candidates = select::candidates(&instance, &masks, desc.required, None)?;
         let chosen = select::choose(candidates, desc.selector)?;
 
-        let asked = |f: &&Feature| desc.required.contains(f) || desc.optional.contains(f);
-        let enabled: Vec<_> =
-            Feature::ALL.iter().filter(asked).filter(|f| chosen.supported.contains(f)).copied().collect();
+        let has = |feature: &&Feature| chosen.supported.contains(feature);
+        let asked = |feature: &Feature| desc.required.contains(feature) || desc.optional.contains(feature);
+        let either = desc.alternatives.iter().find(has).filter(|_| !desc.alternatives.iter().any(asked));
+        let enabled = Feature::ALL.iter().filter(|feature| asked(feature) || either == Some(feature));
+        let enabled: Vec<_> = enabled.filter(has).copied().collect();
         let has_mesh = enabled.iter().any(|f| f.needs_mesh_extension());
         let mut extensions = Vec::new();
         if has_mesh {

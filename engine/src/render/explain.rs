@@ -11,7 +11,7 @@ use serde::Serialize;
 use self::inventory::{BufferFact, ImageFact};
 use super::passes::{DrawPass, Part, passes};
 use super::plan::{self, Draw, Plan, PlannedPrimitive, ledger::Decision};
-use super::variant::Variant;
+use super::variant::{MOST_VARIANTS, Variant};
 use super::{Output, depth_tiles, features};
 use crate::gpu::Feature;
 use crate::scene::Scene;
@@ -57,6 +57,8 @@ pub struct Explanation {
     pub passes: Vec<PassFact>,
     /// Pipelines, in the order of their first draw.
     pub pipelines: Vec<PipelineFact>,
+    /// What their number cannot exceed, whatever the settings: draws times what one can be drawn by.
+    pub most_pipelines: usize,
     /// Buffers.
     pub buffers: Vec<BufferFact>,
     /// Images.
@@ -122,7 +124,7 @@ impl Explanation {
         let stage = plan.stage.map(Stage::name);
         let stage_feature = |name: &&str| Some(*name) == stage;
         let mut features: Vec<_> = needed.required.iter().map(|feature| feature.name()).collect();
-        features.extend(needed.optional.iter().map(|feature| feature.name()).filter(stage_feature));
+        features.extend(needed.alternatives.iter().map(|feature| feature.name()).filter(stage_feature));
         if plan.stage == Some(Stage::Mesh) && plan.draws.iter().any(|draw| draw.variant.cull.is_some()) {
             features.push(Feature::TaskShader.name());
         }
@@ -145,6 +147,7 @@ impl Explanation {
             folds: folds(scene, plan),
             passes: frame(scene, settings, plan),
             pipelines: variants(plan).iter().map(pipeline).collect(),
+            most_pipelines: drawn(plan).count() * MOST_VARIANTS,
             buffers: inventory::buffers(scene, settings, plan, situation),
             images: inventory::images(scene, settings, plan, situation),
         }
@@ -208,15 +211,18 @@ fn folds(scene: &Scene, plan: &Plan) -> Vec<FoldFact> {
     plan.folds.iter().flat_map(of).collect()
 }
 
+/// Every draw of a plan: into the picture, the AOVs and the shadow maps.
+fn drawn(plan: &Plan) -> impl Iterator<Item = &Draw> {
+    let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
+    plan.draws.iter().chain(&plan.aov_draws).chain(blockers)
+}
+
 /// Every variant of a plan's draws, once.
 pub fn variants(plan: &Plan) -> Vec<Variant> {
     let mut variants: Vec<Variant> = Vec::new();
-    let blockers = plan.shadow_maps.as_ref().map_or(&[][..], |maps| &maps.draws);
-    for draw in plan.draws.iter().chain(&plan.aov_draws).chain(blockers) {
-        for variant in draw.all_variants() {
-            if !variants.contains(&variant) {
-                variants.push(variant);
-            }
+    for variant in drawn(plan).flat_map(Draw::all_variants) {
+        if !variants.contains(&variant) {
+            variants.push(variant);
         }
     }
     variants
@@ -318,7 +324,7 @@ impl fmt::Display for Explanation {
             writeln!(f, "  {}", pass.name)?;
             pass.draws.iter().try_for_each(|draw| writeln!(f, "    {draw}"))?;
         }
-        writeln!(f, "\npipelines: {}", self.pipelines.len())?;
+        writeln!(f, "\npipelines: {} of at most {}", self.pipelines.len(), self.most_pipelines)?;
         for pipeline in &self.pipelines {
             writeln!(f, "  {}: {}", pipeline.name, pipeline.shaders.join(", "))?;
             writeln!(f, "    compiled with {}", pipeline.defines.join(" "))?;

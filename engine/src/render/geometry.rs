@@ -2,10 +2,11 @@
 
 use glam::{DAffine2, DVec2, DVec3, UVec3, UVec4, Vec2, Vec4};
 
-use super::layout::{BoxNode, Material as GpuMaterial, PrismData, Vertex};
+use super::layout::{BoxNode, Material as GpuMaterial, PrismData, SurfaceVertex, Vertex};
 use super::meshlets::{self, Meshlets};
 use super::plan::{self, PlannedPrimitive, source};
 use super::tangent_frames;
+use super::variant::Vertices;
 use crate::scene::{HeightSource, Material, Mesh, Primitive, Scene, TextureRef};
 use crate::settings::{Horizon, Settings, Shell, Stage};
 use crate::shell::{
@@ -22,8 +23,10 @@ pub struct PrimitiveData {
     /// Mesh-space point that the positions are relative to; of all primitives of a mesh the same, so that where they meet
     /// they do so to the bit.
     pub center: DVec3,
-    /// Per vertex.
+    /// Per vertex; empty where nothing reads shell normals.
     pub vertices: Vec<Vertex>,
+    /// The same without these; empty where `vertices` are there, or nothing reads either.
+    pub surface_vertices: Vec<SurfaceVertex>,
     /// UV sets 0 and 1, as in the file; each empty where nothing reads it.
     pub uvs: [Vec<Vec2>; 2],
     /// Shading tangents and handedness, with lengths where they frame the parallax; empty where nothing reads them.
@@ -119,7 +122,14 @@ impl PrimitiveData {
                     normal: primitive.normals[v].extend(height_uv.y),
                 }
             })
-            .collect();
+            .collect::<Vec<_>>();
+        let surface =
+            |v: &Vertex| SurfaceVertex { position: v.position.truncate().extend(v.shell.w), normal: v.normal };
+        let (vertices, surface_vertices) = match planned.streams.vertices {
+            Vertices::None => (Vec::new(), Vec::new()),
+            Vertices::Surface => (Vec::new(), vertices.iter().map(surface).collect()),
+            Vertices::Shell => (vertices, Vec::new()),
+        };
         let traced = !planned.shell.prisms.is_empty();
         // The geometry stage makes lids of them.
         // What fades has the triangles themselves at its end.
@@ -153,6 +163,7 @@ impl PrimitiveData {
         PrimitiveData {
             center,
             vertices,
+            surface_vertices,
             uvs,
             tangents,
             indices,
@@ -173,6 +184,7 @@ impl PrimitiveData {
         let mut buffers = vec![
             ("indices", size_of_val(&self.indices[..])),
             ("vertices", size_of_val(&self.vertices[..])),
+            ("surface_vertices", size_of_val(&self.surface_vertices[..])),
             ("uvs_0", size_of_val(&self.uvs[0][..])),
             ("uvs_1", size_of_val(&self.uvs[1][..])),
             ("tangents", size_of_val(&self.tangents[..])),

@@ -147,11 +147,19 @@ shared! {
         fade: Vec4,
     }
     /// One vertex: what every shell reads of it, and lids and walks gather. Tangents and UV sets have buffers of their own.
+    /// A primitive has these or [`SurfaceVertex`].
     Vertex {
         /// Position, rebased to the mesh's centre; w: see `tangent_frames`, where the mesh's tangents frame its parallax.
         position: Vec4,
         /// Shell normal times its fold factor r; w: u of the height map.
         shell: Vec4,
+        /// Shading normal; w: v of the height map.
+        normal: Vec4,
+    }
+    /// One vertex of a primitive that no draw reads shell normals of.
+    SurfaceVertex {
+        /// Position, rebased to the mesh's centre; w: u of the height map.
+        position: Vec4,
         /// Shading normal; w: v of the height map.
         normal: Vec4,
     }
@@ -361,6 +369,7 @@ mod tests {
             "SHADOW_MAPS",
         ]));
         surface.push(("SHADOWED_LIGHTS", "1".into()));
+        let lean = defines(&["HAS_HEIGHT", "SURFACE_VERTICES"]);
         let mut diced = defines(&["CULLS"]);
         diced.extend([("HEIGHT_WRAP_U", "0".into()), ("HEIGHT_WRAP_V", "0".into())]);
         let none = Vec::new();
@@ -369,6 +378,7 @@ mod tests {
             ("render/shell.frag", ShaderStage::Fragment, &shadowed, Draw::MEMBERS),
             ("render/surface.frag", ShaderStage::Fragment, &surface, Draw::MEMBERS),
             ("render/shell.mesh", ShaderStage::Mesh, &shell, Draw::MEMBERS),
+            ("render/surface.vert", ShaderStage::Vertex, &lean, Draw::MEMBERS),
             ("baseline/dice.tesc", ShaderStage::TessControl, &diced, Draw::MEMBERS),
             ("render/deform_write_vertices.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
             ("render/deform_folds.comp", ShaderStage::Compute, &none, DeformPass::MEMBERS),
@@ -386,6 +396,7 @@ mod tests {
                     "lights" => ("item[].", Light::MEMBERS, Some(size_of::<Light>())),
                     "shadow_views" => ("item[].", ShadowView::MEMBERS, Some(size_of::<ShadowView>())),
                     "vertices" => ("item[].", Vertex::MEMBERS, Some(size_of::<Vertex>())),
+                    "surface_vertices" => ("item[].", SurfaceVertex::MEMBERS, Some(size_of::<SurfaceVertex>())),
                     "mesh_vertices" => ("item[].", DeformVertex::MEMBERS, Some(size_of::<DeformVertex>())),
                     "triangles" => ("item[].", DeformTriangle::MEMBERS, Some(size_of::<DeformTriangle>())),
                     "posed" => ("item[].", DeformFrame::MEMBERS, Some(size_of::<DeformFrame>())),
@@ -417,6 +428,7 @@ mod tests {
             "prisms",
             "shadow_hierarchy",
             "shadow_views",
+            "surface_vertices",
             "triangles",
             "vertices",
         ];

@@ -2,7 +2,8 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{Output, Renderer, Variant, explain, variant_pipeline, variant_shaders};
+use super::pipelines::{variant_pipeline, variant_shaders};
+use super::{Output, Renderer, Variant, explain};
 use crate::{
     error::Result,
     gpu::{Context, Pipeline, Shader, ShaderCompiler},

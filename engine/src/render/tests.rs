@@ -2,10 +2,12 @@
 
 use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3};
 
+use super::variant::Geometry;
 use super::*;
-use crate::gpu::{ContextDesc, read_image, run_once};
+use crate::gpu::{Access, ContextDesc, Image, ImageDesc, read_image, run_once};
 use crate::scene::{
-    Ambient, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive, Procedure, Wrap,
+    Ambient, Camera, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Material, Mesh, Primitive,
+    Procedure, Wrap,
 };
 use crate::settings::{March, Shell, Validation};
 use crate::shell::{
@@ -74,6 +76,7 @@ fn renderer(scene: &Scene, settings: &Settings) -> (Context, Renderer) {
         validation: Validation::Sync,
         required: &features.required,
         optional: &features.optional,
+        alternatives: &features.alternatives,
         ..ContextDesc::default()
     })
     .unwrap();
@@ -162,7 +165,7 @@ fn a_pixel_whose_loop_gives_up_is_red_in_the_view_of_limits() {
         let covered = aov.depth.iter().filter(|depth| depth.is_finite()).count();
         (pixels.iter().zip(&aov.depth).filter(red).count(), covered)
     };
-    let viewed = Settings { shell: Shell::Off, view: settings::View::Limits, ..Settings::default() };
+    let viewed = Settings { shell: Shell::Off, view: View::Limits, ..Settings::default() };
     let (none, covered) = red(&viewed);
     assert!(none == 0 && covered > 500, "{none} of {covered}");
     let (all, covered) = red(&Settings { step_limit: 0, ..viewed });

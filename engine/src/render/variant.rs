@@ -7,6 +7,9 @@ use crate::scene::{Channel, Procedure, Wrap};
 use crate::settings::{Dicer, March, Normals, Stage, View};
 use crate::shell::prisms::MAX_OTHERS;
 
+/// What one draw is drawn by at most: its shading, its depth before it, its nearest lids, the list of its prisms.
+pub const MOST_VARIANTS: usize = 4;
+
 /// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
 pub const TEXTURE_DEFINES: [&str; 7] = [
     "BASE_COLOR_UV",
@@ -84,6 +87,18 @@ impl Geometry {
     }
 }
 
+/// What there is, or is read, of a primitive's vertices, besides UV sets and tangents.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Vertices {
+    /// Nothing.
+    #[default]
+    None,
+    /// All but the shell normals.
+    Surface,
+    /// All.
+    Shell,
+}
+
 /// What a draw is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Pass {
@@ -95,7 +110,7 @@ pub enum Pass {
     Light,
     /// What lists the prisms that may show, before the others.
     Cull,
-    /// The nearest lid of each pixel: the visibility buffer.
+    /// The nearest lid, or small triangle, of each pixel: the visibility buffer.
     Visibility,
 }
 
@@ -196,15 +211,21 @@ pub struct Variant {
     pub aov: bool,
     /// UV set of the AOV.
     pub aov_uv: u8,
+    /// The UV set that is the height map's coordinates, which each vertex has anyway.
+    pub height_uvs: Option<u8>,
+    /// Its vertices' normals are their shell directions.
+    pub normals_along_shell: bool,
     /// Samples of a pixel.
     pub samples: u8,
     /// Its fragments are traced and shaded sample by sample.
     pub per_sample: bool,
     /// Its stage skips the prisms that are plain in the mesh's pose.
     pub deforms: bool,
+    /// Its primitive's vertices are without shell normals ([`super::layout::SurfaceVertex`]).
+    pub surface_vertices: bool,
     /// Unseen prisms are dropped.
     pub cull: Option<Cull>,
-    /// Its walks begin at the lids that the visibility buffer names.
+    /// Its walks begin at the lids that the visibility buffer names, or it shades the small triangles named there.
     pub visibility: bool,
     /// What it writes in place of the shaded colour, if anything.
     pub view: View,
@@ -239,6 +260,12 @@ impl Variant {
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::BaseEdges | Geometry::PrismEdges => {
                 &[("render/edges.vert", S::Vertex), ("render/edges.frag", S::Fragment)]
+            }
+            Geometry::MicroMesh if self.pass == Pass::Visibility => {
+                &[("baseline/nearest_triangle.vert", S::Vertex), ("baseline/nearest_triangle.frag", S::Fragment)]
+            }
+            Geometry::MicroMesh if self.names_triangles() => {
+                &[("render/resolve.vert", S::Vertex), ("render/surface.frag", S::Fragment)]
             }
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Diced { by: Dicer::Tessellation, .. } => &[
@@ -327,6 +354,8 @@ impl Variant {
             shadow_maps: false,
             aov: false,
             aov_uv: 0,
+            height_uvs: self.height_uvs.filter(|_| self.alpha_mask),
+            normals_along_shell: false,
             view: View::Shaded,
             ..self
         }
@@ -363,6 +392,11 @@ impl Variant {
         }
     }
 
+    /// Whether it shades the small triangles that the visibility buffer names, with one over the picture.
+    pub fn names_triangles(&self) -> bool {
+        self.geometry == Geometry::MicroMesh && self.visibility
+    }
+
     /// Which sides of its triangles show.
     pub fn sides(&self) -> Sides {
         Sides { double: self.double_sided, mirrored: self.mirrored }
@@ -385,13 +419,37 @@ impl Variant {
     pub fn discards(&self) -> bool {
         let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
         self.pass != Pass::Visibility
-            && (self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height))
+            && (self.geometry.stage().is_some()
+                || self.alpha_mask
+                || self.names_triangles()
+                || self.height.is_some_and(by_height))
+    }
+
+    /// Whether it shows coordinates, those of [`Variant::aov_uv`].
+    pub fn shows_uvs(&self) -> bool {
+        self.aov || self.view == View::Uv
     }
 
     /// Whether its textures, or what it shows of them, are on a UV set.
     pub fn reads_uvs(&self, set: u8) -> bool {
-        let shown = self.aov || self.view == View::Uv;
-        self.textures.contains(&Some(set)) || (shown && self.aov_uv == set)
+        self.textures.contains(&Some(set)) || (self.shows_uvs() && self.aov_uv == set)
+    }
+
+    /// What it reads of its primitive's vertices themselves.
+    pub fn reads_vertices(&self) -> Vertices {
+        match self.geometry {
+            // It has vertices of its own.
+            Geometry::MicroMesh => Vertices::None,
+            // A tangent frame's shear lies where the others have none.
+            Geometry::Surface if !self.height.is_some_and(|height| height.mesh_tangents) => Vertices::Surface,
+            Geometry::BaseEdges => Vertices::Surface,
+            _ => Vertices::Shell,
+        }
+    }
+
+    /// Whether it reads them as the vertices' own.
+    pub fn reads_uv_stream(&self, set: u8) -> bool {
+        self.reads_uvs(set) && self.height_uvs != Some(set)
     }
 
     /// Whether it reads tangents.
@@ -457,6 +515,7 @@ impl Variant {
         flag("CULL_HIDDEN", self.cull.is_some_and(|cull| cull.hidden));
         flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
+        flag("SURFACE_VERTICES", self.surface_vertices);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("VISIBILITY", self.visibility);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);
@@ -480,8 +539,11 @@ impl Variant {
         flag("SAMPLE_SHADING", self.per_sample);
         let uvs = [0, 1].map(|set| self.reads_uvs(set));
         flag("VERTEX_UVS", uvs.contains(&true));
-        flag("VERTEX_UVS_0", uvs[0]);
-        flag("VERTEX_UVS_1", uvs[1]);
+        flag("VERTEX_UVS_0", self.reads_uv_stream(0));
+        flag("VERTEX_UVS_1", self.reads_uv_stream(1));
+        flag("HEIGHT_UVS_0", uvs[0] && self.height_uvs == Some(0));
+        flag("HEIGHT_UVS_1", uvs[1] && self.height_uvs == Some(1));
+        flag("NORMALS_ALONG_SHELL", self.normals_along_shell);
         flag("VERTEX_TANGENTS", self.reads_tangents());
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());

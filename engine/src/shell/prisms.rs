@@ -1,6 +1,6 @@
 //! The prisms of a primitive: which triangles become one, how their walls continue, and their ranges of levels.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec2, Vec2};
 
@@ -159,7 +159,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
     let traced = connected(mesh, |p| p.triangles.iter().any(|t| displaced(p, *t)));
     let edges = edges(mesh);
-    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds> = HashMap::new();
+    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds<'_>> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
     let ranges: Vec<Vec<[f64; 2]>> = mesh
         .primitives
@@ -271,6 +271,18 @@ fn padded([low, high]: [f64; 2], scale: f64) -> [f64; 2] {
 /// Which primitives share a welded vertex with one that `is_displaced`, or with one that does, and so on: a rasterised
 /// triangle beside a traced one would leave a crack.
 fn connected(mesh: &Mesh, is_displaced: impl Fn(&Primitive) -> bool) -> Vec<bool> {
+    let groups = groups(mesh);
+    let displaced: HashSet<usize> = groups
+        .iter()
+        .zip(&mesh.primitives)
+        .filter(|(_, primitive)| is_displaced(primitive))
+        .map(|(group, _)| *group)
+        .collect();
+    groups.iter().map(|group| displaced.contains(group)).collect()
+}
+
+/// The first primitive of each one's group: of those that share a welded vertex with it, or with one that does, and so on.
+pub fn groups(mesh: &Mesh) -> Vec<usize> {
     // Each points to an earlier one of its group, the first to itself.
     let mut group: Vec<usize> = (0..mesh.primitives.len()).collect();
     let first = |group: &[usize], mut p: usize| {
@@ -287,11 +299,7 @@ fn connected(mesh: &Mesh, is_displaced: impl Fn(&Primitive) -> bool) -> Vec<bool
             group[a.max(b)] = a.min(b);
         }
     }
-    let mut displaced = vec![false; mesh.primitives.len()];
-    for p in (0..mesh.primitives.len()).filter(|p| is_displaced(&mesh.primitives[*p])) {
-        displaced[first(&group, p)] = true;
-    }
-    (0..mesh.primitives.len()).map(|p| displaced[first(&group, p)]).collect()
+    (0..mesh.primitives.len()).map(|p| first(&group, p)).collect()
 }
 
 /// Welded edge (lower id, higher id) → every triangle there, across the mesh's primitives.

@@ -150,8 +150,8 @@ mod tests {
     use crate::scene;
     use crate::shell::{certificate, prisms};
 
-    /// Each primitive of an asset that is displaced, with its prisms and what the walk has of it.
-    fn walked(name: &str) -> Vec<(Primitive, ShellGeometry, WalkGeometry)> {
+    /// Each primitive of an asset that is displaced, with its prisms, what the walk has of it, and its shell normals.
+    fn walked(name: &str) -> Vec<(Primitive, ShellGeometry, WalkGeometry, Vec<Vec3>)> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name);
         let scene = scene::load(&path).unwrap();
         let mut all = Vec::new();
@@ -163,7 +163,7 @@ mod tests {
                 let shell: Vec<Vec3> = primitive.weld.iter().map(lift).collect();
                 if geometry.is_displaced() {
                     let walk = WalkGeometry::new(mesh, index, &shell, &geometry);
-                    all.push((primitive.clone(), geometry, walk));
+                    all.push((primitive.clone(), geometry, walk, shell));
                 }
             }
         }
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn neighbours_share_the_edge_and_name_each_other() {
         for name in ASSETS {
-            for (primitive, geometry, walk) in walked(name) {
+            for (primitive, geometry, walk, _) in walked(name) {
                 let edge = |p: usize, k: usize| {
                     let corners = geometry.prisms[p].corners;
                     [corners[(k + 1) % 3], corners[(k + 2) % 3]].map(|v| primitive.weld[v as usize])
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn lids_clear_every_surface_around_a_vertex_and_are_one_at_a_place() {
         for name in ASSETS {
-            for (primitive, geometry, walk) in walked(name) {
+            for (primitive, geometry, walk, _) in walked(name) {
                 for (prism, [base, lid]) in geometry.prisms.iter().zip(&walk.reach) {
                     for v in prism.corners {
                         let [low, high] = walk.lids[v as usize];
@@ -213,10 +213,48 @@ mod tests {
         }
     }
 
+    /// What the surface of a prism lies under, the triangle at its highest level, sticks out of neither lid at a wall, though
+    /// lids are planar between corners at different levels and walls are not: so no ray hits before it meets a lid. Where
+    /// normals lean, prisms are drawn by hulls of their own.
+    #[test]
+    fn no_surface_stands_out_of_the_lids() {
+        for name in ASSETS {
+            for (primitive, geometry, walk, shell) in walked(name) {
+                let at = |v: u32, t: f64| primitive.positions[v as usize].as_dvec3() + t * shell[v as usize].as_dvec3();
+                let regular = |index: &usize| !geometry.prisms[*index].plain && !walk.irregular[*index];
+                for index in (0..geometry.prisms.len()).filter(regular) {
+                    let prism = &geometry.prisms[index];
+                    for k in 0..3 {
+                        let side = [1, 2].map(|i| at(prism.corners[(k + i) % 3], prism.range[1]));
+                        let across = Some(walk.neighbours[index][k]).filter(|across| *across != NO_NEIGHBOUR);
+                        for t in across.map(|across| (across / 4) as usize).into_iter().chain([index]) {
+                            let lid = primitive.triangles[t].map(|v| at(v, walk.lids[v as usize][1]));
+                            assert!(walk.irregular[t] || !pierces(side, lid), "{name}: {side:?} {lid:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether a segment passes through a triangle, by more than rounding.
+    fn pierces([from, to]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+        let normal = (b - a).cross(c - a);
+        let size = (b - a).length().max((c - a).length());
+        let [before, beyond] = [from, to].map(|p| (p - a).dot(normal));
+        let room = 1e-7 * size * normal.length();
+        if before.min(beyond) > -room || before.max(beyond) < room {
+            return false;
+        }
+        let at = from.lerp(to, before / (before - beyond));
+        let weight = |p: DVec3, q: DVec3| (q - p).cross(at - p).dot(normal);
+        [weight(a, b), weight(b, c), weight(c, a)].iter().all(|weight| *weight > 1e-7 * normal.length_squared())
+    }
+
     #[test]
     fn borders_come_first_and_closed_meshes_have_none() {
         for name in ASSETS {
-            for (_, geometry, walk) in walked(name) {
+            for (_, geometry, walk, _) in walked(name) {
                 let mut listed = walk.borders.clone();
                 let border = |i: usize| walk.is_border(listed[i] as usize);
                 assert!((0..listed.len()).all(|i| border(i) == (i < walk.border_count as usize)), "{name}");

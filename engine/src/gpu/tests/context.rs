@@ -25,6 +25,23 @@ fn an_optional_feature_is_enabled_only_if_asked_for() {
 }
 
 #[test]
+fn of_alternatives_one_is_enabled() {
+    let both = &[Feature::MeshShader, Feature::GeometryShader];
+    for (masked, optional, enabled) in [
+        (&[][..], &[][..], &[Feature::MeshShader][..]),
+        (&[Feature::MeshShader], &[], &[Feature::GeometryShader]),
+        (both, &[], &[]),
+        (&[], &[Feature::GeometryShader], &[Feature::GeometryShader]),
+    ] {
+        let (validation, selector) = (Validation::Sync, Some("llvmpipe"));
+        let desc = ContextDesc { validation, selector, optional, masked, alternatives: both, ..ContextDesc::default() };
+        let ctx = Context::new(&desc).unwrap();
+        assert_eq!(ctx.enabled_features(), enabled);
+        assert_clean(ctx);
+    }
+}
+
+#[test]
 fn a_selector_that_fits_nothing_lists_the_devices() {
     let desc = ContextDesc { selector: Some("voodoo2"), ..ContextDesc::default() };
     let error = Context::new(&desc).err().unwrap();

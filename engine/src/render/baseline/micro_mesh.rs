@@ -1,13 +1,13 @@
 //! A pre-tessellated mesh of the displaced surface: compact vertices, 16-bit indices, clusters that can be culled.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
 
 use super::clusters::{self, ChunkRange, Cluster, Clusters};
-use super::surface::Surface;
+use super::surface::{Surface, edge_of};
 use crate::error::{Error, Result};
 use crate::render::plan::{PlannedPrimitive, source};
 use crate::scene::Scene;
@@ -54,19 +54,13 @@ impl MicroMesh {
     /// # Errors
     /// A density that is 0 or above [`MAX_DENSITY`], or a material that these vertices cannot carry.
     pub fn new(scene: &Scene, planned: &PlannedPrimitive, center: DVec3, density: u32) -> Result<Self> {
-        if !(1..=MAX_DENSITY).contains(&density) {
-            let range = format!("a micro-mesh of density {density}: 1 to {MAX_DENSITY} triangles an edge are possible");
-            return Err(Error::Usage(range));
-        }
-        check_material(scene, planned)?;
+        check(scene, planned, density)?;
         let surface = Surface::new(scene, planned).ok_or_else(|| {
             Error::Usage(format!("mesh '{}': a micro-mesh needs displacement", scene.meshes[planned.mesh].name))
         })?;
-        let n = density as usize;
-        let per_triangle = (n + 1) * (n + 2) / 2;
         let triangles: Vec<u32> = (0..surface.triangles().len() as u32).collect();
         let chunks: Vec<Chunk> = triangles
-            .par_chunks(CHUNK_VERTICES / per_triangle)
+            .par_chunks(chunk_triangles(density as usize))
             .map(|triangles| Builder::new(&surface, center, density).build(triangles))
             .collect();
         let mut mesh = MicroMesh { vertices: Vec::new(), indices: Vec::new(), clusters: Clusters::default() };
@@ -82,6 +76,48 @@ impl MicroMesh {
         }
         Ok(mesh)
     }
+
+    /// The indices, each from the first vertex of all.
+    pub fn absolute_indices(&self) -> Vec<u32> {
+        let mut absolute = Vec::with_capacity(self.indices.len());
+        for chunk in &self.clusters.chunks {
+            let clusters = &self.clusters.clusters[chunk.clusters.clone()];
+            let count = clusters.iter().map(|cluster| cluster.index_count as usize).sum::<usize>();
+            let own = &self.indices[absolute.len()..][..count];
+            absolute.extend(own.iter().map(|index| chunk.first_vertex + u32::from(*index)));
+        }
+        absolute
+    }
+}
+
+/// Vertices and indices of what [`MicroMesh::new`] makes, counted without it.
+///
+/// # Errors
+/// The same.
+pub fn size(scene: &Scene, planned: &PlannedPrimitive, density: u32) -> Result<[usize; 2]> {
+    check(scene, planned, density)?;
+    let (primitive, n) = (source(scene, planned), density as usize);
+    let chunk = |triangles: &[[u32; 3]]| {
+        let corners: HashSet<u32> = triangles.iter().flatten().copied().collect();
+        let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+        let edges: HashSet<_> = edges.map(|edge| edge_of(&primitive.weld, edge)).collect();
+        corners.len() + (n - 1) * edges.len() + (n - 1) * n.saturating_sub(2) / 2 * triangles.len()
+    };
+    let vertices = primitive.triangles.chunks(chunk_triangles(n)).map(chunk).sum();
+    Ok([vertices, 3 * n * n * primitive.triangles.len()])
+}
+
+/// Base triangles of a chunk.
+fn chunk_triangles(density: usize) -> usize {
+    CHUNK_VERTICES / ((density + 1) * (density + 2) / 2)
+}
+
+fn check(scene: &Scene, planned: &PlannedPrimitive, density: u32) -> Result<()> {
+    if !(1..=MAX_DENSITY).contains(&density) {
+        let range = format!("a micro-mesh of density {density}: 1 to {MAX_DENSITY} triangles an edge are possible");
+        return Err(Error::Usage(range));
+    }
+    check_material(scene, planned)
 }
 
 /// One set of texture coordinates and no tangent is all that a vertex has room for.
@@ -200,4 +236,32 @@ fn octahedral(n: DVec3) -> [i16; 2] {
     let folded = DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y));
     let p: Vec2 = if n.z < 0.0 { folded } else { p }.as_vec2();
     p.to_array().map(|v| meshopt::quantize_snorm(v, 16) as i16)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::render::plan;
+    use crate::scene;
+    use crate::settings::{Baseline, Culling, Settings, Stage};
+
+    #[test]
+    fn a_mesh_is_as_large_as_it_is_said_to_be() {
+        for name in ["torus.gltf", "cube.gltf", "stability_seams.gltf", "cloth.gltf"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name);
+            let scene = scene::load(&path).unwrap();
+            let baseline = Some(Baseline::MicroMesh { density: 1, culling: Culling::Off });
+            let plan = plan::plan(&scene, &Settings { baseline, ..Settings::default() }, Stage::Mesh, false);
+            for planned in plan.primitives.iter().filter(|planned| planned.shell.is_displaced()) {
+                // Several chunks of a torus.
+                for density in [1, 2, 3, 20] {
+                    let mesh = MicroMesh::new(&scene, planned, DVec3::ZERO, density).unwrap();
+                    let made = [mesh.vertices.len(), mesh.indices.len()];
+                    assert_eq!(size(&scene, planned, density).unwrap(), made, "{name}, {density}");
+                }
+            }
+        }
+    }
 }

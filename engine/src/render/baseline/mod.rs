@@ -7,27 +7,29 @@ mod draw;
 mod micro_mesh;
 mod surface;
 
-use glam::DVec3;
-
 pub use cull::Sides;
 pub use dice::{Diced, Dicing};
 pub use draw::{Drawable, VERTEX_LAYOUT};
 pub use micro_mesh::{MAX_DENSITY, MicroMesh};
 
+use self::micro_mesh::MicroVertex;
 use super::layout::DicedTriangle;
 use super::plan::{PlannedPrimitive, source};
 use crate::error::Result;
 use crate::scene::Scene;
 use crate::settings::{Baseline, Culling};
 
-/// The buffers of a baseline's primitive that are its own, by name, and their bytes. `name`: the primitive's. `center`: see
-/// [`MicroMesh::new`], as for errors.
+/// The buffers of a baseline's primitive that are its own, by name, and their bytes. `name`: the primitive's. `named`: a
+/// visibility buffer names its triangles.
+///
+/// # Errors
+/// Those of [`MicroMesh::new`].
 pub fn buffers(
     scene: &Scene,
     planned: &PlannedPrimitive,
     name: &str,
-    center: DVec3,
     baseline: Baseline,
+    named: bool,
 ) -> Result<Vec<(String, usize)>> {
     let (density, culling) = match baseline {
         Baseline::MicroMesh { density, culling } => (density, culling),
@@ -36,13 +38,13 @@ pub fn buffers(
             return Ok(vec![(format!("{name} diced triangles"), size_of::<DicedTriangle>() * triangles)]);
         }
     };
-    let mesh = MicroMesh::new(scene, planned, center, density)?;
+    let [vertices, indices] = micro_mesh::size(scene, planned, density)?;
     let mut buffers = vec![
-        (format!("{name} micro-vertices"), size_of_val(&mesh.vertices[..])),
-        (format!("{name} micro-indices"), size_of_val(&mesh.indices[..])),
+        (format!("{name} micro-vertices"), size_of::<MicroVertex>() * vertices),
+        (format!("{name} micro-indices"), draw::bytes_of_index(culling, named) * indices),
     ];
     if culling == Culling::Triangles {
-        let own = cull::buffers(mesh.indices.len() / 3);
+        let own = cull::buffers(indices / 3);
         buffers.extend(own.map(|(name, bytes)| (name.to_owned(), bytes)));
     }
     Ok(buffers)

@@ -44,6 +44,11 @@ pub struct Surface {
     vertex_triangles: Vec<Vec<u32>>,
 }
 
+/// The two vertices in the order of their welded ids.
+pub fn edge_of(weld: &[u32], [a, b]: [u32; 2]) -> [u32; 2] {
+    if weld[a as usize] <= weld[b as usize] { [a, b] } else { [b, a] }
+}
+
 impl Surface {
     /// The surface of a planned primitive, which is displaced.
     pub fn new(scene: &Scene, planned: &PlannedPrimitive) -> Option<Self> {
@@ -96,9 +101,9 @@ impl Surface {
         self.uvs[vertex as usize]
     }
 
-    /// The two vertices in the order of their welded ids.
-    pub fn edge(&self, [a, b]: [u32; 2]) -> [u32; 2] {
-        if self.weld[a as usize] <= self.weld[b as usize] { [a, b] } else { [b, a] }
+    /// See [`edge_of`].
+    pub fn edge(&self, ends: [u32; 2]) -> [u32; 2] {
+        edge_of(&self.weld, ends)
     }
 
     fn corner(&self, vertex: u32) -> &Corner {

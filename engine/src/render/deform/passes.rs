@@ -191,11 +191,11 @@ impl Passes {
         vertices: Option<&Arc<Pipeline>>,
         [prisms, walked]: [Option<&Arc<Pipeline>>; 2],
     ) -> Result<()> {
-        let (Some(rest), Some(vertices)) = (&primitive.rest, vertices) else { return Ok(()) };
-        let mut bindings = vec![
-            ("rest_vertices", Binding::Buffer(&rest.vertices)),
-            ("vertices", Binding::Buffer(&primitive.vertices)),
-        ];
+        let (Some(rest), Some(vertices), Some(posed)) = (&primitive.rest, vertices, &primitive.vertices) else {
+            return Ok(());
+        };
+        let mut bindings =
+            vec![("rest_vertices", Binding::Buffer(&rest.vertices)), ("vertices", Binding::Buffer(posed))];
         bindings.extend(primitive.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         let set = self.buffers.set(ctx, vertices, &bindings)?;
         let parts = one_part(first_vertex, rest.vertex_count);
@@ -217,11 +217,13 @@ impl Passes {
     /// The passes that fit the boxes over one primitive's prisms to what has been written of these.
     fn add_boxes(&mut self, ctx: &Context, primitive: &Primitive, pipeline: Option<&Arc<Pipeline>>) -> Result<()> {
         let refit = primitive.rest.as_ref().and_then(|rest| rest.refit.as_ref());
-        let (Some(refit), Some(boxes), Some(prisms)) = (refit, &primitive.hierarchy, &primitive.prisms) else {
+        let (Some(refit), Some(boxes), Some(prisms), Some(vertices)) =
+            (refit, &primitive.hierarchy, &primitive.prisms, &primitive.vertices)
+        else {
             return Ok(());
         };
         let bindings = [
-            ("vertices", Binding::Buffer(&primitive.vertices)),
+            ("vertices", Binding::Buffer(vertices)),
             ("prisms", Binding::Buffer(prisms)),
             ("boxes", Binding::Buffer(boxes)),
             ("order", Binding::Buffer(&refit.order)),

@@ -75,6 +75,7 @@ impl Rig {
             validation: Validation::Sync,
             required: &features.required,
             optional: &features.optional,
+            alternatives: &features.alternatives,
             ..ContextDesc::default()
         })
         .unwrap();

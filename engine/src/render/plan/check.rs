@@ -13,13 +13,15 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
     settings.baseline.is_none()
         && settings.resolved_shell() != Shell::Off
         && scene.instances.iter().map(|i| &scene.meshes[i.mesh]).any(|mesh| {
-            mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some())
-                && (settings.keep_all || needs::offset(scene, mesh, settings).is_none())
+            let shelled = |(p, moved): (&Primitive, Option<f64>)| {
+                prisms::displacement(scene, p).is_some() && (settings.keep_all || moved.is_none())
+            };
+            mesh.primitives.iter().zip(needs::offsets(scene, mesh, settings)).any(shelled)
         })
 }
 
 /// What is drawn, as often as it is.
-fn drawn(scene: &Scene) -> impl Iterator<Item = &Primitive> {
+pub(super) fn drawn(scene: &Scene) -> impl Iterator<Item = &Primitive> {
     scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives)
 }
 

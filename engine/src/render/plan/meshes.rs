@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::draws::soft;
-use super::{Plan, PlannedPrimitive, Streams, needs, primitive_name};
-use crate::scene::Scene;
+use super::{Derived, Plan, PlannedPrimitive, Streams, needs, primitive_name};
+use crate::scene::{Primitive, Scene};
 use crate::settings::{SelfShadow, Settings, Shell};
 use crate::shell::{
     certificate::{self, Folds},
@@ -25,15 +25,20 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
     // A baseline has its mesh made once.
     let deforms = mesh.deforms && settings.baseline.is_none();
     let name = |p: usize| primitive_name(scene, index, p);
-    let moved = if shelled && settings.baseline.is_none() { needs::offset(scene, mesh, settings) } else { None };
-    let mut wanted = false;
-    for (p, primitive) in mesh.primitives.iter().enumerate() {
-        wanted |= plan.ledger.decide(name(p), "shell", needs::shell(scene, primitive, settings, moved));
+    let mut offsets = match shelled && settings.baseline.is_none() {
+        true => needs::offsets(scene, mesh, settings),
+        false => vec![None; mesh.primitives.len()],
+    };
+    for ((p, primitive), moved) in mesh.primitives.iter().enumerate().zip(&mut offsets) {
+        let shell = plan.ledger.decide(name(p), "shell", needs::shell(scene, primitive, settings, *moved));
+        *moved = moved.filter(|_| !shell);
     }
-    let offset = moved.filter(|_| !wanted);
-    // Where all is moved to one level, nothing folds.
-    let mut factors = vec![f64::from(u8::from(offset.is_some())); mesh.shell_normals.len()];
-    if shelled && offset.is_none() && mesh.primitives.iter().any(|p| prisms::displacement(scene, p).is_some()) {
+    // What is moved to one level folds nowhere.
+    let moves = offsets.iter().any(Option::is_some);
+    let mut factors = vec![f64::from(u8::from(moves)); mesh.shell_normals.len()];
+    let takes_shell =
+        |(p, moved): (&Primitive, &Option<f64>)| moved.is_none() && prisms::displacement(scene, p).is_some();
+    if shelled && mesh.primitives.iter().zip(&offsets).any(takes_shell) {
         let folds = if deforms {
             Folds { factors: vec![1.0; mesh.shell_normals.len()], reduced: Vec::new(), plain: Vec::new() }
         } else {
@@ -66,6 +71,13 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             ));
         }
         factors = folds.factors;
+        if moves {
+            // Nor is anything traced that is connected to it.
+            let groups = prisms::groups(mesh);
+            let moved =
+                |p: usize| (0..groups.len()).any(|other| groups[other] == groups[p] && offsets[other].is_some());
+            (0..shells.len()).filter(|p| moved(*p)).for_each(|p| shells[p] = ShellGeometry::default());
+        }
     }
     for (p, mut geometry) in shells.into_iter().enumerate() {
         // What a baseline does not displace it draws as it is.
@@ -79,7 +91,6 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
         let shadows = settings.self_shadow != SelfShadow::Off && !scene.lights.is_empty() && traced;
         let mapped = settings.shadow_map && !scene.lights.is_empty() && traced;
         let walks = (shell == Shell::Walk && traced) || (shell == Shell::Prism && (shadows || mapped));
-        let offset = offset.filter(|_| prisms::displacement(scene, primitive).is_some());
         let headroom = if headroom > 0.0 {
             let [low, high] = certificate::t_range(scene, primitive).unwrap_or_default();
             headroom * (high - low)
@@ -87,6 +98,7 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             0.0
         };
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
+        let derived = Derived::new(scene, primitive, &geometry, &shell_normals, deforms, &name(p), &mut plan.ledger);
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
             primitive: p,
@@ -96,8 +108,9 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             hierarchy: shelled && shadows,
             headroom,
             shell_normals,
+            derived,
             streams: Streams::default(),
-            offset,
+            offset: offsets[p],
             deforms,
         });
     }

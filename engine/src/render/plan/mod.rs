@@ -1,6 +1,7 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
 mod check;
+mod derived;
 mod draws;
 pub mod fade;
 pub mod ledger;
@@ -16,6 +17,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 pub use self::check::{allows, check, dicer, may_cull, may_shade_samples, wants_shell};
+pub use self::derived::Derived;
 use self::draws::plan_draws;
 use self::fade::Span;
 use self::ledger::{Ledger, Need};
@@ -23,7 +25,7 @@ use self::lights::MAX_SHADOWED_LIGHTS;
 pub use self::lights::ShadowPlan;
 use self::meshes::plan_mesh;
 pub use self::visibility::may_name_lids;
-use super::variant::{Cull, Geometry, Height, UV_SETS, Variant};
+use super::variant::{Cull, Geometry, Height, UV_SETS, Variant, Vertices};
 use crate::scene::{Primitive, Scene, TextureRef};
 use crate::settings::{DepthPrepass, SelfShadow, Settings, Shell, Stage, View};
 use crate::shell::{prisms::ShellGeometry, walk::WalkGeometry};
@@ -41,7 +43,7 @@ pub struct Draw {
     pub depth: Option<Variant>,
     /// The pass that lists the prisms it draws, where its stage does not drop the others itself.
     pub cull: Option<Variant>,
-    /// What writes its nearest lids into the visibility buffer, where its walks begin at those.
+    /// What writes its nearest lids, or small triangles, into the visibility buffer, where those are traced or shaded.
     pub visibility: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
@@ -68,6 +70,8 @@ pub struct PlannedPrimitive {
     pub headroom: f64,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// What of its vertices follows from the rest of them.
+    pub derived: Derived,
     /// What its draws read of its vertices besides.
     pub streams: Streams,
     /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
@@ -76,9 +80,11 @@ pub struct PlannedPrimitive {
     pub deforms: bool,
 }
 
-/// What only some draws read of vertices.
+/// What draws read of vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streams {
+    /// The vertices themselves.
+    pub vertices: Vertices,
     /// UV sets 0 and 1.
     pub uvs: [bool; 2],
     /// Shading tangents.
@@ -114,11 +120,6 @@ impl Plan {
     /// Whether prisms are dropped that the depth of others hides.
     pub fn hides(&self) -> bool {
         self.draws.iter().any(Draw::hides)
-    }
-
-    /// Whether some walks begin at the lids of a visibility buffer.
-    pub fn has_visibility(&self) -> bool {
-        self.draws.iter().any(|draw| draw.visibility.is_some())
     }
 }
 
@@ -192,23 +193,35 @@ fn trim(settings: &Settings, plan: &mut Plan) {
     }
 }
 
-/// What is there of vertices besides what every draw reads. A micro-mesh has vertices of its own.
+/// What is there of vertices.
 fn plan_streams(scene: &Scene, plan: &mut Plan) {
     for index in 0..plan.primitives.len() {
         let (mesh, number) = (plan.primitives[index].mesh, plan.primitives[index].primitive);
         let primitive = &scene.meshes[mesh].primitives[number];
         let drawn = plan.draws.iter().chain(&plan.aov_draws).filter(|draw| draw.primitive == index);
-        let variants = drawn.map(|draw| draw.variant).filter(|variant| variant.geometry != Geometry::MicroMesh);
-        let variants: Vec<_> = variants.collect();
+        let variants: Vec<_> = drawn.map(|draw| draw.variant).collect();
         let of = primitive_name(scene, mesh, number);
-        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool| {
-            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads)))
+        let derived = plan.primitives[index].derived.uvs;
+        // Poses are written with all there is.
+        let posed = if plan.primitives[index].deforms { Vertices::Shell } else { Vertices::None };
+        let read = variants.iter().map(Variant::reads_vertices).fold(posed, Vertices::max);
+        let lifted = plan.ledger.decide(&of, "shell normals", needs::shell_normals(read));
+        let vertices = if lifted { Vertices::Shell } else { read };
+        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool, derived: bool| {
+            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads), derived))
         };
         let uvs = [0, 1].map(|set: usize| {
-            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &|variant| variant.reads_uvs(set as u8))
+            let reads = |variant: &Variant| variant.reads_uvs(set as u8);
+            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &reads, derived == Some(set as u8))
         });
-        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents);
-        plan.primitives[index].streams = Streams { uvs, tangents };
+        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents, false);
+        plan.primitives[index].streams = Streams { vertices, uvs, tangents };
+        let blockers = plan.shadow_maps.iter_mut().flat_map(|maps| &mut maps.draws);
+        for draw in plan.draws.iter_mut().chain(&mut plan.aov_draws).chain(blockers) {
+            if draw.primitive == index {
+                draw.variant.surface_vertices = vertices == Vertices::Surface;
+            }
+        }
     }
 }
 
@@ -275,7 +288,7 @@ fn plan_samples(settings: &Settings, aov: bool, plan: &mut Plan) {
     for Draw { variant, .. } in &mut plan.draws {
         *variant = Variant {
             aov: false,
-            aov_uv: 0,
+            aov_uv: if variant.view == View::Uv { variant.aov_uv } else { 0 },
             samples: settings.msaa as u8,
             per_sample: variant.decides_coverage(),
             // Counted once, where there is one sample.

@@ -6,10 +6,11 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use super::ledger::Need;
+use crate::render::variant::Vertices;
 use crate::scene::{HeightMap, HeightTexels, Instance, Light, LightKind, Material, Mesh, Primitive, Scene};
 use crate::settings::{DepthPrepass, PrismCulling, SelfShadow, Settings, Shell, Stage};
 use crate::shell::{
-    certificate,
+    bounds, certificate,
     prisms::{self, ShellGeometry, Wall},
 };
 
@@ -22,7 +23,7 @@ const FLAT: f64 = 1e-5;
 /// Slopes and light directions are told apart by this factor.
 const SLOPE_ROOM: f64 = 1.01;
 
-/// Whether a primitive is drawn as a shell of prisms. `moved`: its mesh's [`offset`].
+/// Whether a primitive is drawn as a shell of prisms. `moved`: see [`offsets`].
 pub fn shell(scene: &Scene, primitive: &Primitive, settings: &Settings, moved: Option<f64>) -> Need {
     let material = &scene.materials[primitive.material];
     let Some(displacement) = material.displacement else {
@@ -48,36 +49,52 @@ pub fn shell(scene: &Scene, primitive: &Primitive, settings: &Settings, moved: O
     }
 }
 
-/// The height that a map has everywhere, if there is one.
-fn constant(map: &HeightMap) -> Option<f64> {
-    let (low, high) = map.min_max();
-    (low == high).then_some(low)
-}
-
-/// The level of a displaced primitive whose heights are all the same.
-fn constant_level(scene: &Scene, primitive: &Primitive) -> Option<f64> {
+/// The level of a displaced primitive whose heights are all the same, wherever its triangles read them.
+fn constant_level(scene: &Scene, primitive: &Primitive, settings: &Settings) -> Option<f64> {
     let displacement = prisms::displacement(scene, primitive)?;
-    let height = constant(&scene.height_maps[displacement.source.map()?])?;
-    Some((height - displacement.midlevel) * primitive.displacement_scale)
+    let map = &scene.height_maps[displacement.source.map()?];
+    let level = |height: f64| (height - displacement.midlevel) * primitive.displacement_scale;
+    let (low, high) = map.min_max();
+    // Walls at its borders reach down to the map's lowest level, and other heights hide the sky.
+    if low == high || displacement.border_wall || settings.ambient_occlusion {
+        return (low == high).then(|| level(low));
+    }
+    let uvs = prisms::height_uvs(primitive, &displacement);
+    let height = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());
+        bounds::constant_over(map, displacement.wrap, a.min(b).min(c), a.max(b).max(c))
+    };
+    let mut heights = primitive.triangles.iter().map(height);
+    let first = heights.next()??;
+    heights.all(|height| height == Some(first)).then(|| level(first))
 }
 
-/// The level at which the triangles of a mesh's displaced primitives are its whole displaced surface; none where it takes
-/// a shell: heights that vary, steps or folds, or shadows of its own.
-pub fn offset(scene: &Scene, mesh: &Mesh, settings: &Settings) -> Option<f64> {
-    if mesh.deforms || settings.self_shadow != SelfShadow::Off {
-        return None;
+/// For each displaced primitive of a mesh the level at which its triangles are its whole displaced surface; none where it
+/// takes a shell: heights that vary, steps or folds, in it or in what it is connected to, shadows of its own, or a fade.
+pub fn offsets(scene: &Scene, mesh: &Mesh, settings: &Settings) -> Vec<Option<f64>> {
+    let displaced = |p: &Primitive| prisms::displacement(scene, p).is_some();
+    let none = vec![None; mesh.primitives.len()];
+    if mesh.deforms || settings.self_shadow != SelfShadow::Off || settings.lod_fade.is_some() {
+        return none;
     }
-    let (displaced, plain): (Vec<_>, Vec<_>) =
-        mesh.primitives.iter().partition(|p| prisms::displacement(scene, p).is_some());
-    let level = constant_level(scene, displaced.first()?)?;
-    if displaced.iter().any(|p| constant_level(scene, p) != Some(level)) {
-        return None;
+    let mut levels: Vec<_> = mesh.primitives.iter().map(|p| constant_level(scene, p, settings)).collect();
+    if levels.iter().all(Option::is_none) {
+        return none;
     }
-    // A plain neighbour is a step away, unless the level is its own.
-    let welds = |p: &&Primitive| p.weld.clone();
-    let moved: HashSet<u32> = displaced.iter().flat_map(welds).collect();
-    let meets = plain.iter().flat_map(welds).any(|weld| moved.contains(&weld));
-    ((level == 0.0 || !meets) && certificate::mesh_folds(scene, mesh).reduced.is_empty()).then_some(level)
+    let groups = prisms::groups(mesh);
+    let folds: HashSet<u32> = certificate::mesh_folds(scene, mesh).reduced.iter().map(|(weld, _)| *weld).collect();
+    let own = levels.clone();
+    for (p, level) in levels.iter_mut().enumerate() {
+        let connected = || (0..groups.len()).filter(|other| groups[*other] == groups[p]);
+        // A plain neighbour is a step away, unless the level is its own.
+        let at_level = |other: usize| match displaced(&mesh.primitives[other]) {
+            true => own[other] == own[p],
+            false => own[p] == Some(0.0),
+        };
+        let folded = |other: usize| mesh.primitives[other].weld.iter().any(|weld| folds.contains(weld));
+        *level = level.filter(|_| connected().all(|other| at_level(other) && !folded(other)));
+    }
+    levels
 }
 
 /// Code for steps at the walls of a primitive's prisms.
@@ -135,9 +152,19 @@ pub fn textures(material: &Material) -> [Need; 7] {
     ]
 }
 
-/// A UV set, or tangents, of a primitive's vertices.
-pub fn stream(has: bool, read: bool) -> Need {
+/// Shell normals of a primitive's vertices. `read`: of these, by its draws or poses.
+pub fn shell_normals(read: Vertices) -> Need {
+    match read {
+        Vertices::None => Need::No("no draw reads its vertices".into()),
+        Vertices::Surface => Need::Idle("its triangles are drawn as they are".into()),
+        Vertices::Shell => Need::Yes("its shell, poses or tangent frames are with them".into()),
+    }
+}
+
+/// A UV set, or tangents, of a primitive's vertices. `derived`: it is their coordinates in the height map.
+pub fn stream(has: bool, read: bool, derived: bool) -> Need {
     match (read, has) {
+        (true, _) if derived => Need::Idle("it is the coordinates in the height map".into()),
         (true, _) => Need::Yes("a texture, parallax or the surface data read it".into()),
         (false, true) => Need::Idle("nothing that is drawn reads it".into()),
         (false, false) => Need::No("the mesh has none, or has no use for it".into()),

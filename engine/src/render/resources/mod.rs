@@ -31,7 +31,9 @@ pub struct Primitive {
     pub diced: Option<Diced>,
     /// What its pose overwrites, as uploaded: of a primitive that deforms.
     pub rest: Option<Rest>,
-    pub vertices: Buffer,
+    /// With shell normals, or without.
+    pub vertices: Option<Buffer>,
+    pub surface_vertices: Option<Buffer>,
     /// UV sets that are read.
     pub uvs: [Option<Buffer>; 2],
     pub tangents: Option<Buffer>,
@@ -153,7 +155,8 @@ pub fn upload(
     let primitives = plan
         .primitives
         .iter()
-        .map(|planned| {
+        .enumerate()
+        .map(|(index, planned)| {
             let data = PrimitiveData::new(scene, planned, settings);
             let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
             let indices: &[u32] = data.indices.as_flattened();
@@ -165,7 +168,8 @@ pub fn upload(
                 match baseline {
                     Baseline::MicroMesh { density, culling } => {
                         let mesh = MicroMesh::new(scene, planned, data.center, density)?;
-                        micro_mesh = Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?);
+                        let named = plan.names_triangles(index);
+                        micro_mesh = Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling, named)?);
                     }
                     Baseline::Diced { by, edge, culls } => {
                         let dicing = Dicing { by, edge, culls };
@@ -182,6 +186,8 @@ pub fn upload(
             let mut stream = |what: &str, bytes: &[u8]| {
                 (!bytes.is_empty()).then(|| uploader.buffer(&format!("{name} {what}"), storage, bytes)).transpose()
             };
+            let vertices = stream("vertices", bytemuck::cast_slice(&data.vertices))?;
+            let surface_vertices = stream("surface_vertices", bytemuck::cast_slice(&data.surface_vertices))?;
             let [uvs_0, uvs_1] = &data.uvs;
             let uvs = [stream("uvs_0", bytemuck::cast_slice(uvs_0))?, stream("uvs_1", bytemuck::cast_slice(uvs_1))?];
             let tangents = stream("tangents", bytemuck::cast_slice(&data.tangents))?;
@@ -196,7 +202,8 @@ pub fn upload(
                 indices,
                 micro_mesh,
                 diced,
-                vertices: uploader.buffer(&format!("{name} vertices"), storage, &data.vertices)?,
+                vertices,
+                surface_vertices,
                 uvs,
                 tangents,
                 prisms,
@@ -224,13 +231,19 @@ impl Primitive {
     ) -> Result<DescriptorSet> {
         let mut bindings = images.bindings(scene, planned, variant);
         bindings.extend(culled.iter().flat_map(|culled| culled.bindings()));
-        bindings.push(("vertices", Binding::Buffer(&self.vertices)));
-        for (name, uvs) in ["uvs_0", "uvs_1"].into_iter().zip(&self.uvs) {
-            bindings.extend(uvs.as_ref().map(|uvs| (name, Binding::Buffer(uvs))));
+        let [uvs_0, uvs_1] = &self.uvs;
+        for (name, stream) in [
+            ("vertices", &self.vertices),
+            ("surface_vertices", &self.surface_vertices),
+            ("uvs_0", uvs_0),
+            ("uvs_1", uvs_1),
+            ("tangents", &self.tangents),
+        ] {
+            bindings.extend(stream.as_ref().map(|stream| (name, Binding::Buffer(stream))));
         }
-        bindings.extend(self.tangents.as_ref().map(|tangents| ("tangents", Binding::Buffer(tangents))));
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        bindings.extend(self.micro_mesh.iter().flat_map(|mesh| mesh.bindings()));
         bindings.extend(self.diced.as_ref().map(|diced| ("diced_triangles", Binding::Buffer(diced.triangles()))));
         bindings.extend(self.hierarchy.as_ref().map(|boxes| ("shadow_hierarchy", Binding::Buffer(boxes))));
         if let Some(walk) = &self.walk {
