@@ -507,6 +507,34 @@ fn a_turntable_is_one_turn() {
 }
 
 #[test]
+fn a_sequence_is_every_frame() {
+    use image::{AnimationDecoder, codecs::png::PngDecoder};
+    let folder = folder();
+    let run = |flags: &str| {
+        let flags = format!("--headless --size 48x36 --shell off --march none --time-step 0.5 {flags}");
+        draw("run", "prism_shell").words(&flags).within(folder.path())
+    };
+    run("--frames 3 --sequence s.png --out last.png").succeeds();
+    let read = |name: &str| image::open(folder.path().join(name)).expect(name).into_rgb8();
+    let frames = ["s-000.png", "s-001.png", "s-002.png"].map(read);
+    assert_eq!(frames[2], read("last.png"));
+    assert!(frames[0] != frames[1] && frames[1] != frames[2] && !folder.path().join("s-003.png").exists());
+
+    run("--frames 3 --sequence s.apng").succeeds();
+    assert!(!folder.path().join("prism_shell.png").exists(), "nobody asked for it");
+    let file = fs::File::open(folder.path().join("s.apng")).expect("the animation");
+    let decoder = PngDecoder::new(std::io::BufReader::new(file)).expect("a PNG").apng().expect("an animation");
+    let same = decoder.into_frames().collect_frames().expect("frames");
+    let same: Vec<_> =
+        same.into_iter().map(|frame| image::DynamicImage::from(frame.into_buffer()).into_rgb8()).collect();
+    assert_eq!(same, frames);
+
+    for (flags, told) in [("--sequence s.png", "--frames"), ("--frames 2 --sequence s.mp4", "--sequence s.mp4")] {
+        run(flags).run().ends(2).complains(&[told]);
+    }
+}
+
+#[test]
 fn a_plan_is_explained_as_text_and_as_json() {
     let outcome = prism("explain").arg(asset("suzanne.gltf")).words("--json").succeeds();
     let told: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap_or_else(|e| panic!("{e}: {outcome}"));

@@ -5,7 +5,7 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use prism_engine::{
     gpu::{Feature, Pipeline, ShaderStage, vk},
     render::{
@@ -725,6 +725,22 @@ fn the_reasons_follow_the_scene() {
     assert!(decided(&steps(256), &settings, "height map 'bumps'", "16 bits").0);
     let kept = Settings { keep_all: true, ..settings.clone() };
     assert!(decided(&steps(257), &kept, "height map 'bumps'", "16 bits").0);
+
+    // What vertices would say twice: the coordinates in the height map, and normals along the shell.
+    let mut scene = mapped(displaced(bumps, 0.2, 0.5));
+    for uv in &mut scene.meshes[0].primitives[0].uvs[0] {
+        *uv += 1.0;
+    }
+    for what in ["first UV set", "normals"] {
+        assert!(!decided(&scene, &settings, "floor.0", what).0, "{what}");
+        assert!(decided(&scene, &kept, "floor.0", what).0, "{what}");
+    }
+    assert!(decided(&scene, &settings, "floor.0", "second UV set").0);
+    let mut turned = scene.clone();
+    turned.materials[0].displacement.as_mut().expect("is displaced").transform = DAffine2::from_angle(0.1);
+    assert!(decided(&turned, &settings, "floor.0", "first UV set").0);
+    scene.meshes[0].primitives[0].normals[0] = Vec3::new(0.6, 0.8, 0.0);
+    assert!(decided(&scene, &settings, "floor.0", "normals").0);
 
     // Mips, where a sampler reads at them.
     for (no_mips, side, kept) in [(false, 4, true), (true, 4, false), (false, 1, false)] {

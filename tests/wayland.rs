@@ -147,6 +147,7 @@ fn a_sample_is_shown_resized_switched_moved_to_a_finer_screen_and_left_with_a_ke
     let desk = Desk::open();
     let mut process = desk.start("viewer", PLAIN);
     desk.shows(&mut process, &headless("viewer", [320, 240], PLAIN));
+    assert_eq!(desk.window().expect("a window")["app_id"], "prism");
     comes_to_rest(&mut process);
 
     for [width, height] in [[400, 200], [250, 310], [64, 48], [320, 240]] {

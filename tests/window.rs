@@ -11,23 +11,25 @@ use std::{
 };
 
 use common::{
-    Picture, draw, folder,
+    Picture, asset, draw, folder,
     losing::{Losing, tells_of_the_loss},
     prism,
     program::Running,
-    window::{clean, comes_to_show, difference, headless, wait},
+    window::{clean, comes_to_rest, comes_to_show, difference, headless, wait},
 };
 use x11rb::{
     connection::Connection,
     protocol::{
+        randr::{ConnectionExt as _, MonitorInfo},
         xproto::{
             Atom, AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ClientMessageEvent, ConfigureWindowAux,
-            ConnectionExt as _, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT,
-            MOTION_NOTIFY_EVENT, MapState, StackMode, Window,
+            ConnectionExt as _, CreateWindowAux, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT,
+            KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, MapState, PropMode, StackMode, Window, WindowClass,
         },
         xtest::ConnectionExt as _,
     },
     rust_connection::RustConnection,
+    wrapper::ConnectionExt as _,
 };
 
 /// What the keys send: the letters' own code points, and Escape's number in the X protocol.
@@ -117,6 +119,22 @@ impl User {
         self.x.get_selection_owner(self.atom("CLIPBOARD")).expect("sent").reply().expect("its owner").owner
     }
 
+    /// A window as large as the screen, not shown yet.
+    fn unseen_window(&self) -> Window {
+        let window = self.x.generate_id().expect("a number");
+        let [width, height] = self.size(self.root);
+        let (class, aux) = (WindowClass::INPUT_OUTPUT, CreateWindowAux::new().override_redirect(1));
+        let sent = self.x.create_window(0, window, self.root, 0, 0, width, height, 0, class, 0, &aux);
+        sent.expect("sent").check().expect("a window");
+        window
+    }
+
+    /// Puts it over whatever another test has put there.
+    fn raise(&self, window: Window) {
+        let above = ConfigureWindowAux::new().stack_mode(StackMode::ABOVE);
+        self.x.configure_window(window, &above).expect("sent").check().expect("its place");
+    }
+
     /// A click with the left button at a pixel of the window, over whatever another test has put there.
     fn click(&self, window: Window, at: [i16; 2]) {
         self.drag(window, at, at);
@@ -124,8 +142,7 @@ impl User {
 
     /// The left button pressed at one pixel and let go of at another, over whatever another test has put there.
     fn drag(&self, window: Window, from: [i16; 2], to: [i16; 2]) {
-        let above = ConfigureWindowAux::new().stack_mode(StackMode::ABOVE);
-        self.x.configure_window(window, &above).expect("sent").check().expect("its place");
+        self.raise(window);
         let send = |kind: u8, detail: u8, [x, y]: [i16; 2]| {
             let at = self.x.translate_coordinates(window, self.root, x, y).expect("sent").reply().expect("its place");
             let sent = self.x.xtest_fake_input(kind, detail, 0, self.root, at.dst_x, at.dst_y, 0);
@@ -191,6 +208,7 @@ fn a_sample_is_shown_resized_switched_and_closed() {
     let mut process = open("prism_shell", "--time-step 0");
     let window = user.window_of(&mut process);
     assert_eq!(user.size(window), [320, 240]);
+    assert_eq!(user.property(window, "WM_CLASS", AtomEnum::STRING), b"prism\0prism\0");
     let first = headless("prism_shell", [320, 240], "");
     assert!(first.colours() > 1000, "{} colours", first.colours());
     shows(&user, window, &mut process, &first);
@@ -435,34 +453,246 @@ fn the_panel_is_drawn_and_clicked() {
     clean(outcome);
 }
 
+/// Opens the panel and clicks on its first button, 'copy as command line'; then puts it away again.
+fn copies_by_the_panel(user: &User, window: Window, process: &mut Running) {
+    user.point_away();
+    user.focus(window);
+    user.press('u'.into());
+    // Right of it is another; where the pointer was last is told one frame late.
+    let first = || buttons(&user.picture(window), 1)?.into_iter().next().filter(|at| at[0] < 170);
+    let copy = wait("the first button", process, first);
+    // Nobody's: who has it already is still its owner after the next copy.
+    let clipboard = user.atom("CLIPBOARD");
+    user.x.set_selection_owner(x11rb::NONE, clipboard, x11rb::CURRENT_TIME).expect("sent").check().expect("no owner");
+    click_until(user, window, process, copy, || user.clipboard() != x11rb::NONE);
+    user.focus(window);
+    user.press('u'.into());
+}
+
 #[test]
-fn a_screen_with_two_pixels_a_point_shows_the_same_picture_and_is_clicked_on() {
+fn a_screen_with_more_pixels_a_point_shows_the_same_picture_and_is_clicked_on() {
     let _keyboard = keyboard();
     let user = User::connect();
     user.point_away();
     let display = env::var_os("DISPLAY").expect("an X server");
-    let words = "--size 480x320 --shell off --march none";
-    let call = draw("run", "viewer").words(words).env("DISPLAY", display).env("WINIT_X11_SCALE_FACTOR", "2");
-    let mut process = call.start();
-    let window = user.window_of(&mut process);
+    let (size, flags) = ([600, 400], "--shell off --march none");
     // The size is in pixels, whatever a point is.
-    let bare = headless("viewer", [480, 320], "--shell off --march none");
-    shows(&user, window, &mut process, &bare);
-    shows_uv(&user, window, &mut process);
-    user.press('k'.into());
-    user.press('1'.into());
-    let uv = headless("viewer", [480, 320], "--shell off --march none --view uv");
-    // A line may be held as far away as a finger is wide: twice as many pixels.
-    wait("two pictures", &mut process, || {
-        let seen = columns(&user.picture(window), 250, 400);
-        (difference(&seen, &columns(&uv, 250, 400)) < 0.01).then_some(())
+    let bare = headless("viewer", size, flags);
+    let uv = headless("viewer", size, &format!("{flags} --view uv"));
+    for scale in [1.5, 2.0] {
+        let call = draw("run", "viewer").words("--size 600x400").words(flags);
+        let call = call.env("DISPLAY", &display).env("WINIT_X11_SCALE_FACTOR", scale.to_string());
+        let mut process = call.start();
+        let window = user.window_of(&mut process);
+        shows(&user, window, &mut process, &bare);
+        copies_by_the_panel(&user, window, &mut process);
+        shows(&user, window, &mut process, &bare);
+        shows_uv(&user, window, &mut process);
+        user.press('k'.into());
+        user.press('1'.into());
+        // A line may be held as far away as a finger is wide, 6 points: so many more pixels.
+        let near = 300 + (5.0 * scale) as i16;
+        wait("two pictures", &mut process, || {
+            let seen = columns(&user.picture(window), 310, 500);
+            (difference(&seen, &columns(&uv, 310, 500)) < 0.01).then_some(())
+        });
+        user.drag(window, [near, 200], [500, 200]);
+        wait("the line further right", &mut process, || {
+            let seen = columns(&user.picture(window), 100, 490);
+            (difference(&seen, &columns(&bare, 100, 490)) < 0.01).then_some(())
+        });
+        user.focus(window);
+        user.press(ESCAPE);
+        clean(process.wait());
+    }
+}
+
+#[test]
+fn another_sample_and_another_file_are_chosen_in_the_panel() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    user.point_away();
+    let (size, flags) = ([640, 480], "--shell off --march none");
+    let mut process = open_sized("viewer", size, flags);
+    let window = user.window_of(&mut process);
+    shows(&user, window, &mut process, &headless("viewer", size, flags));
+    user.focus(window);
+    user.press('u'.into());
+    // After five buttons come two lists; what they let choose is below, in rows of 21 points.
+    let right = |picture: &Picture| columns(picture, 300, 640);
+    let choose = |process: &mut Running, list: usize, row: i16, done: &dyn Fn() -> bool| {
+        let at = wait("the lists", process, || buttons(&user.picture(window), 7))[list];
+        wait("what was chosen", process, || {
+            let below = || {
+                let seen = user.picture(window);
+                let rows = seen.pixels.chunks_exact(640).skip(at[1] as usize + 15).take(60);
+                rows.flat_map(|row| row[10..120].to_vec()).collect::<Vec<_>>()
+            };
+            let closed = below();
+            user.click(window, at);
+            let within = |what: &dyn Fn() -> bool| {
+                let begun = Instant::now();
+                while !what() && begun.elapsed() < Duration::from_secs(15) {
+                    thread::sleep(Duration::from_millis(30));
+                }
+                what()
+            };
+            let open = || closed.iter().zip(below()).filter(|(a, b)| **a != *b).count() > 2000;
+            if within(&open) {
+                user.click(window, [at[0], at[1] + 25 + 21 * row]);
+            }
+            within(done).then_some(())
+        });
+        user.point_away();
+    };
+    // The second file, and the settings that were in force.
+    let cube = headless("viewer", size, &format!("--scene {} {flags}", asset("cube.gltf").display()));
+    choose(&mut process, 6, 1, &|| difference(&right(&user.picture(window)), &right(&cube)) < 0.01);
+    // The first sample, which moves, as its own settings have it; then back.
+    choose(&mut process, 5, 0, &|| {
+        user.title(window).starts_with("prism_shell · ") && user.title(window).contains("walk")
     });
-    user.drag(window, [250, 200], [400, 200]);
-    wait("the line further right", &mut process, || {
-        let seen = columns(&user.picture(window), 100, 390);
-        (difference(&seen, &columns(&bare, 100, 390)) < 0.01).then_some(())
+    choose(&mut process, 5, 1, &|| user.title(window).starts_with("viewer · "));
+    let suzanne = headless("viewer", size, "");
+    wait("the other sample", &mut process, || {
+        (difference(&right(&user.picture(window)), &right(&suzanne)) < 0.01).then_some(())
     });
+    user.focus(window);
     user.press(ESCAPE);
+    clean(process.wait());
+}
+
+/// Two monitors side by side, and a desktop's settings; gone once it goes out of scope.
+struct Desk<'a> {
+    user: &'a User,
+    monitors: [Atom; 2],
+    /// Whose property the settings are: those of XSETTINGS, which all desktops have.
+    settings: Window,
+}
+
+impl<'a> Desk<'a> {
+    fn new(user: &'a User) -> Desk<'a> {
+        let outputs = user.x.randr_get_screen_resources_current(user.root).expect("sent").reply();
+        let outputs = outputs.expect("the plugs").outputs;
+        let [width, height] = user.size(user.root);
+        let monitors = ["left", "right"].map(|name| user.atom(name));
+        for (k, name) in monitors.into_iter().enumerate() {
+            let monitor = MonitorInfo {
+                name,
+                x: (k * usize::from(width) / 2) as i16,
+                width: width / 2,
+                height,
+                // The second has no plug of its own.
+                outputs: outputs.iter().copied().filter(|_| k == 0).collect(),
+                ..MonitorInfo::default()
+            };
+            user.x.randr_set_monitor(user.root, monitor).expect("sent").check().expect("a monitor");
+        }
+        let settings = user.unseen_window();
+        let desk = Desk { user, monitors, settings };
+        desk.set_dots_an_inch(96);
+        let owned = user.x.set_selection_owner(settings, user.atom("_XSETTINGS_S0"), x11rb::CURRENT_TIME);
+        owned.expect("sent").check().expect("the settings are nobody else's");
+        desk
+    }
+
+    /// 96 is a pixel a point.
+    fn set_dots_an_inch(&self, dots: u32) {
+        // Byte order, serial, count; of the only setting its type, its name, its serial and its value in 1024ths.
+        let numbers = [0u32, 0, 1, 7 << 16].map(u32::to_le_bytes).concat();
+        let setting = [numbers, b"Xft/DPI\0".to_vec(), [0, dots * 1024].map(u32::to_le_bytes).concat()].concat();
+        let name = self.user.atom("_XSETTINGS_SETTINGS");
+        let sent = self.user.x.change_property8(PropMode::REPLACE, self.settings, name, name, &setting);
+        sent.expect("sent").check().expect("a property");
+    }
+}
+
+impl Drop for Desk<'_> {
+    fn drop(&mut self) {
+        let x = &self.user.x;
+        // An X server that is gone has nothing to be put back.
+        for monitor in self.monitors {
+            let _ = x.randr_delete_monitor(self.user.root, monitor).map(|sent| sent.check());
+        }
+        let _ = x.destroy_window(self.settings).map(|sent| sent.check());
+    }
+}
+
+#[test]
+fn it_goes_from_one_monitor_to_another_and_follows_a_change_of_scale() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    user.point_away();
+    let desk = Desk::new(&user);
+    let flags = "--shell off --march none";
+    let mut process = open_sized("viewer", [480, 320], flags);
+    let window = user.window_of(&mut process);
+    let bare = |[width, height]: [u16; 2]| headless("viewer", [width, height], flags);
+    let small = bare([480, 320]);
+    shows(&user, window, &mut process, &small);
+
+    // On the second, then on both at once.
+    for x in [900, 600] {
+        let there = ConfigureWindowAux::new().x(x).y(100);
+        user.x.configure_window(window, &there).expect("sent").check().expect("a place");
+        shows(&user, window, &mut process, &small);
+        copies_by_the_panel(&user, window, &mut process);
+    }
+
+    // As many points are more pixels, and fewer again.
+    for (dots, size) in [(144, [720, 480]), (192, [960, 640]), (96, [480, 320])] {
+        desk.set_dots_an_inch(dots);
+        shows(&user, window, &mut process, &bare(size));
+        copies_by_the_panel(&user, window, &mut process);
+        shows(&user, window, &mut process, &bare(size));
+    }
+    comes_to_rest(&mut process);
+    user.focus(window);
+    user.press(ESCAPE);
+    clean(process.wait());
+}
+
+#[test]
+fn a_sample_that_moves_rests_while_it_is_out_of_sight_and_goes_on_after() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let mut process = open("prism_shell", "--shell off --march none");
+    let window = user.window_of(&mut process);
+    let moves = |process: &mut Running| {
+        user.raise(window);
+        wait("a moving picture", process, || {
+            let before = user.picture(window);
+            thread::sleep(Duration::from_millis(200));
+            (before.pixels != user.picture(window).pixels).then_some(())
+        });
+    };
+    moves(&mut process);
+
+    // Minimised, by a window manager that takes it off the screen, or leaves its desktop.
+    user.x.unmap_window(window).expect("sent").check().expect("no window");
+    comes_to_rest(&mut process);
+    user.x.map_window(window).expect("sent").check().expect("a window");
+    moves(&mut process);
+
+    // By one that keeps it there, for small pictures of all windows.
+    let (states, hidden) = (user.atom("_NET_WM_STATE"), user.atom("_NET_WM_STATE_HIDDEN"));
+    let sent = user.x.change_property32(PropMode::REPLACE, window, states, AtomEnum::ATOM, &[hidden]);
+    sent.expect("sent").check().expect("a property");
+    comes_to_rest(&mut process);
+    user.x.delete_property(window, states).expect("sent").check().expect("no property");
+    moves(&mut process);
+
+    // Behind another one.
+    let cover = user.unseen_window();
+    user.x.map_window(cover).expect("sent").check().expect("a window");
+    comes_to_rest(&mut process);
+    user.x.destroy_window(cover).expect("sent").check().expect("no window");
+    moves(&mut process);
+
+    // It closes out of sight, too.
+    user.x.unmap_window(window).expect("sent").check().expect("no window");
+    comes_to_rest(&mut process);
+    user.close(window);
     clean(process.wait());
 }
 
@@ -533,6 +763,41 @@ fn a_device_that_is_lost_ends_the_window_with_its_last_pass() {
             .env("DISPLAY", &display);
         tells_of_the_loss(losing.loses(run, function, 30).run(), "surface");
     }
+}
+
+#[test]
+fn every_frame_is_kept_from_one_key_to_the_next() {
+    let _keyboard = keyboard();
+    let user = User::connect();
+    let folder = folder();
+    let display = env::var_os("DISPLAY").expect("an X server");
+    let call = draw("run", "prism_shell").words("--size 160x120 --shell off --march none").within(folder.path());
+    let mut process = call.env("DISPLAY", display).start();
+    let window = user.window_of(&mut process);
+    shows_uv(&user, window, &mut process);
+    user.press('i'.into());
+    titled(&user, window, &mut process, "keeps frames");
+    let frame = |number: usize| folder.path().join(format!("prism_shell-frames-1-{number:03}.png"));
+    wait("the fourth frame", &mut process, || frame(3).exists().then_some(()));
+    user.press('i'.into());
+    wait("the end", &mut process, || (!user.title(window).contains("keeps frames")).then_some(()));
+    // Then the first name that is free.
+    user.press('i'.into());
+    let second = folder.path().join("prism_shell-frames-2-000.png");
+    wait("another first frame", &mut process, || second.exists().then_some(()));
+    user.press(ESCAPE);
+    let outcome = process.wait();
+    let told = "wrote prism_shell-frames-1-000.png to prism_shell-frames-1-";
+    assert!(
+        outcome.stderr.contains(told) && outcome.stderr.contains("wrote prism_shell-frames-2-000.png"),
+        "{outcome}"
+    );
+    clean(outcome);
+    // A twenty-fifth of a second apart, however long each took.
+    let turned = |number: usize| Picture::read(&frame(number));
+    assert_eq!([turned(0).width, turned(0).height], [160, 120]);
+    let first = difference(&turned(0), &turned(1));
+    assert!(first > 0.0 && first < difference(&turned(0), &turned(3)), "{first}");
 }
 
 #[test]

@@ -18,6 +18,8 @@ const OBJECT: &str = "animation";
 
 /// Frames a second, as both formats can say it: a GIF counts hundredths of a second.
 const FRAMES_PER_SECOND: u16 = 25;
+/// From one frame to the next, seconds.
+pub const STEP: f64 = 1.0 / FRAMES_PER_SECOND as f64;
 
 /// Of what kind the output is, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,17 +33,17 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The kind of a file.
+    /// The kind of the file that `flag` names.
     ///
     /// # Errors
     /// `Usage` where the name says none.
-    pub fn of(path: &Path) -> Result<Kind> {
+    pub fn of(flag: &str, path: &Path) -> Result<Kind> {
         match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
             Some("png") => Ok(Kind::Sequence),
             Some("gif") => Ok(Kind::Gif),
             Some("apng") => Ok(Kind::Apng),
             _ => Err(Error::Usage(format!(
-                "--out {}: a turntable is written as .gif, .apng or, a picture each frame, .png; name it so",
+                "{flag} {}: frames are written as .gif, .apng or, a picture each, .png; name it so",
                 path.display()
             ))),
         }
@@ -58,8 +60,8 @@ pub struct Animation {
 
 impl Animation {
     /// Into `path`.
-    pub fn new(path: &Path) -> Result<Animation> {
-        Ok(Animation { path: path.to_owned(), kind: Kind::of(path)?, frames: Vec::new(), written: 0 })
+    pub fn new(path: &Path, kind: Kind) -> Animation {
+        Animation { path: path.to_owned(), kind, frames: Vec::new(), written: 0 }
     }
 
     /// The next frame.
@@ -78,9 +80,10 @@ impl Animation {
         let Animation { path, kind, frames, written } = self;
         match kind {
             Kind::Sequence => {
-                let last = written.saturating_sub(1);
-                let [first, last] = [0, last].map(|n| numbered(&path, n));
-                console::notice(format_args!("wrote {} to {}", first.display(), last.display()));
+                if let Some(last) = written.checked_sub(1) {
+                    let [first, last] = [0, last].map(|n| numbered(&path, n));
+                    console::notice(format_args!("wrote {} to {}", first.display(), last.display()));
+                }
                 return Ok(());
             }
             Kind::Gif => files::replace(&path, OBJECT, |file| gif(file, frames))?,
@@ -92,7 +95,7 @@ impl Animation {
 }
 
 /// `NAME-007.png` for `NAME.png`.
-fn numbered(path: &Path, number: usize) -> PathBuf {
+pub fn numbered(path: &Path, number: usize) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{stem}-{number:03}.png"))
 }
@@ -138,7 +141,7 @@ mod tests {
     fn write(name: &str) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
-        let mut animation = Animation::new(&path).unwrap();
+        let mut animation = Animation::new(&path, Kind::of("--out", &path).unwrap());
         for level in [0, 120, 240] {
             animation.add(Picture::filled([4, 3], [level, 0, 255 - level])).unwrap();
         }
@@ -169,7 +172,7 @@ mod tests {
 
     #[test]
     fn another_name_says_what_there_is() {
-        let told = Kind::of(Path::new("turn.mp4")).unwrap_err().to_string();
+        let told = Kind::of("--out", Path::new("turn.mp4")).unwrap_err().to_string();
         assert!(told.contains("turn.mp4") && told.contains(".gif"), "{told}");
     }
 }

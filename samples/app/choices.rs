@@ -7,7 +7,10 @@ use prism_engine::{
     settings::{March, SelfShadow, Settings, Shell, Silhouette, Stage, View},
 };
 
-use super::{classic::ClassicArgs, cli::LookArgs};
+use super::{
+    classic::ClassicArgs,
+    cli::{LookArgs, StepArgs},
+};
 
 /// The settings that `args` ask for, starting from those of the sample.
 pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Result<Settings> {
@@ -33,7 +36,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     }
     settings.shadow_map_size = args.shadow_map_size.unwrap_or(base.shadow_map_size);
     settings.cascades = args.cascades.unwrap_or(base.cascades);
-    if args.refine_steps.is_some() && !settings.march.refines() {
+    if args.steps.refine_steps.is_some() && !settings.march.refines() {
         return usage(format!(
             "--refine-steps: march {} does not refine; use --march relief, secant, contact or relaxed-cone",
             settings.march
@@ -43,7 +46,7 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     // The exact march needs none; its shadow rays on a base surface do, where they have none of their own.
     let shadows = settings.self_shadow != SelfShadow::Off && settings.shadow_steps.is_none();
     let takes_steps = settings.march != March::Exact || (!shelled && shadows);
-    if !takes_steps && (args.min_steps.is_some() || args.max_steps.is_some()) {
+    if !takes_steps && (args.steps.min_steps.is_some() || args.steps.max_steps.is_some()) {
         return usage("--min-steps, --max-steps: march exact takes no steps; use --march relief or pom".into());
     }
     if settings.march == March::None && args.ambient_occlusion == Some(true) {
@@ -52,14 +55,18 @@ pub fn settings(args: &LookArgs, classic: &ClassicArgs, base: &Settings) -> Resu
     settings.ambient_occlusion = args.ambient_occlusion.unwrap_or(base.ambient_occlusion);
     settings.occlusion_light = args.occlusion_light.unwrap_or(base.occlusion_light);
     // Their number of steps is the heights' to decide, up to the most.
-    if settings.march.reads_cones() && settings.self_shadow == SelfShadow::Off && args.min_steps.is_some() {
+    if settings.march.reads_cones() && settings.self_shadow == SelfShadow::Off && args.steps.min_steps.is_some() {
         return usage(format!("--min-steps: march {} takes no more steps than it needs; drop it", settings.march));
     }
+    if args.steps.tolerance.is_some() && settings.march != March::Secant {
+        return usage(format!("--tolerance: march {} has none; use --march secant", settings.march));
+    }
+    settings.tolerance = args.steps.tolerance.unwrap_or(base.tolerance);
     settings.stage = args.stage.unwrap_or(base.stage);
     let same = settings.march == base.march;
     let usual = if same { base.refine_steps } else { settings.march.usual_refine_steps() };
-    settings.refine_steps = args.refine_steps.unwrap_or(usual);
-    (settings.min_steps, settings.max_steps) = steps(args, base)?;
+    settings.refine_steps = args.steps.refine_steps.unwrap_or(usual);
+    (settings.min_steps, settings.max_steps) = steps(&args.steps, base)?;
     classic.apply(&mut settings)?;
     settings.view = args.view.unwrap_or(base.view);
     check_view(&settings)?;
@@ -120,8 +127,8 @@ fn refuse_flags_without_shell(args: &LookArgs, march: March) -> Result<()> {
         return Ok(());
     }
     let untraced = [
-        ("--min-steps", args.min_steps.is_some()),
-        ("--max-steps", args.max_steps.is_some()),
+        ("--min-steps", args.steps.min_steps.is_some()),
+        ("--max-steps", args.steps.max_steps.is_some()),
         ("--depth-offset on", args.depth_offset == Some(true)),
         ("--silhouette uv-bounds", args.silhouette == Some(Silhouette::UvBounds)),
         ("--silhouette horizon", args.silhouette == Some(Silhouette::Horizon)),
@@ -163,7 +170,7 @@ fn self_shadow_flags(args: &LookArgs, shelled: bool, settings: &mut Settings) ->
 }
 
 /// Fewest and most steps. A bound that was not given makes room for the one that was.
-fn steps(args: &LookArgs, base: &Settings) -> Result<(u32, u32)> {
+fn steps(args: &StepArgs, base: &Settings) -> Result<(u32, u32)> {
     match (args.min_steps, args.max_steps) {
         (Some(min), Some(max)) if min > max => {
             usage(format!("--min-steps {min} is more than --max-steps {max}; lower the one or raise the other"))

@@ -6,16 +6,12 @@ use prism_engine::{
     settings::{Horizon, March, Normals, Settings, Shell, Silhouette, Tangents},
 };
 
-use super::cli::{on_off, ranged, share, two_numbers, words};
+use super::cli::{on_off, ranged, two_numbers, words};
 
 /// An absent flag leaves the choice to the sample.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Classic techniques")]
 pub struct ClassicArgs {
-    /// Secant is content with a height so near to the ray's, as a share of the height's range, 0 to 1 [default: 0.01]
-    #[arg(long, value_name = "SHARE", value_parser = share)]
-    pub tolerance: Option<f32>,
-
     /// A march with steps begins at a random part of its first one, blue noise: grain in place of layers [default: off]
     #[arg(long, value_name = "on|off", value_parser = on_off(), action = ArgAction::Set)]
     pub dither: Option<bool>,
@@ -69,7 +65,6 @@ impl ClassicArgs {
     /// The first of these flags that was typed and would change anything.
     pub fn given(&self) -> Option<&'static str> {
         let flags = [
-            ("--tolerance", self.tolerance.is_some()),
             ("--dither on", self.dither == Some(true)),
             ("--slope-limit", self.slope_limit.is_some()),
             ("--normals", self.normals.is_some_and(|normals| normals != Normals::Gather)),
@@ -89,9 +84,6 @@ impl ClassicArgs {
     pub fn apply(&self, settings: &mut Settings) -> Result<()> {
         let march = settings.march;
         let shelled = settings.resolved_shell() != Shell::Off;
-        if self.tolerance.is_some() && march != March::Secant {
-            return usage(format!("--tolerance: march {march} has none; use --march secant"));
-        }
         if self.dither == Some(true) && !march.steps() {
             return usage(format!("--dither on: march {march} takes no steps; use --march relief, pom or steep"));
         }
@@ -143,7 +135,6 @@ impl ClassicArgs {
                 min[0], min[1], max[0], max[1]
             ));
         }
-        settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
         settings.dither = self.dither.unwrap_or(settings.dither);
         settings.slope_limit = self.slope_limit.unwrap_or(settings.slope_limit);
         settings.normals = self.normals.unwrap_or(settings.normals);

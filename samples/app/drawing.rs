@@ -1,5 +1,7 @@
 //! A job's scene on a device, ready to be drawn at any time of its sample: what window and headless run share.
 
+use std::rc::Rc;
+
 use prism_engine::{
     error::{Error, Result},
     gpu::{CommandEncoder, Context, ContextDesc, Feature, Image, PassTime, PassTimers, ShaderCompiler},
@@ -27,7 +29,7 @@ const MAX_PASSES: usize = 16;
 
 /// The renderer, the sample's motion, and what was measured.
 pub struct Drawing<'a> {
-    job: &'a Job<'a>,
+    job: Rc<Job<'a>>,
     scenes: Vec<Loaded>,
     /// The one that is drawn.
     current: usize,
@@ -95,7 +97,7 @@ fn measures(job: &Job<'_>) -> bool {
 impl<'a> Drawing<'a> {
     /// Puts the first scene on the device.
     pub fn new(
-        job: &'a Job<'a>,
+        job: Rc<Job<'a>>,
         scenes: Vec<Loaded>,
         ctx: &Context,
         output: Output,
@@ -103,7 +105,7 @@ impl<'a> Drawing<'a> {
     ) -> Result<Drawing<'a>> {
         let compiler = render::shader_compiler(job.common.session.shader_dir.as_deref())?;
         let renderer = Renderer::new(ctx, &compiler, &scenes[0].scene, &job.settings, output)?;
-        let timers = measures(job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
+        let timers = measures(&job).then(|| PassTimers::new(ctx, MAX_PASSES, in_flight)).transpose()?;
         let drawing = Drawing {
             job,
             scenes,
@@ -133,7 +135,7 @@ impl<'a> Drawing<'a> {
         let renderer = Renderer::new(&self.ctx, &compiler, scene, self.renderer.settings(), output)?;
         let in_flight = self.pending.len();
         Ok(Drawing {
-            job: self.job,
+            job: self.job.clone(),
             scenes: self.scenes.clone(),
             current: self.current,
             output,
@@ -233,7 +235,7 @@ impl<'a> Drawing<'a> {
     /// Measures frames from now on, or no more, unless the job asks for it anyway. All frames so far have run.
     #[cfg(feature = "window")]
     pub fn measure(&mut self, on: bool) -> Result<()> {
-        if on != self.timers.is_some() && !measures(self.job) {
+        if on != self.timers.is_some() && !measures(&self.job) {
             self.pending.fill(None);
             self.latest = None;
             self.timers = on.then(|| PassTimers::new(&self.ctx, MAX_PASSES, self.pending.len())).transpose()?;
@@ -306,7 +308,7 @@ impl<'a> Drawing<'a> {
                 self.latest = Some(row.clone());
             }
             // A window may measure for its panel alone, without end.
-            if measures(self.job) {
+            if measures(&self.job) {
                 self.rows.push(row);
             }
             if let Some(reached) = self.renderer.limits_reached(slot)? {

@@ -3,6 +3,7 @@
 use std::{
     f64::consts::TAU,
     path::Path,
+    rc::Rc,
     sync::{Arc, atomic::AtomicUsize},
 };
 
@@ -15,7 +16,7 @@ use prism_engine::{
 };
 
 use super::{
-    animation::Animation,
+    animation::{Animation, Kind},
     console,
     drawing::{self, Drawing},
     error_map::ErrorMap,
@@ -29,7 +30,7 @@ use super::{
 };
 
 /// Draws the job's frames and writes its files.
-pub fn run(job: &Job<'_>) -> Result<()> {
+pub fn run(job: &Rc<Job<'_>>) -> Result<()> {
     // A turntable stays with its first scene.
     let scenes = if turns(job) { 1 } else { job.frames.unwrap_or(1) };
     let scenes = load::load(job, scenes)?;
@@ -69,7 +70,7 @@ fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     Ok(())
 }
 
-fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
+fn draw(job: &Rc<Job<'_>>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     let session = &job.common.session;
     let judged = job.settings.view == View::Error;
     let exhibit = if judged { Some(&ErrorMap as &dyn Exhibit) } else { job.sample.exhibit() };
@@ -77,13 +78,17 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
     // First, because a size that the device cannot do needs no shader compiled to be told.
     let picture = Offscreen::new(&ctx, extent, offscreen::FORMAT)?;
     let output = Output { color_format: offscreen::FORMAT, aov: session.aov.is_some() || exhibit.is_some() };
-    let mut drawing = Drawing::new(job, scenes, &ctx, output, 1)?;
+    let mut drawing = Drawing::new(job.clone(), scenes, &ctx, output, 1)?;
     let mut frames = Frames::new(&ctx, 1)?;
 
     let count = job.frames.unwrap_or(1);
     let progress = progress(count);
     let mut composed = None;
-    let mut animation = job.out.as_deref().filter(|_| turns(job)).map(Animation::new).transpose()?;
+    let (flag, path) = if turns(job) { ("--out", &job.out) } else { ("--sequence", &job.sequence) };
+    let mut animation = None;
+    if let Some(path) = path {
+        animation = Some(Animation::new(path, Kind::of(flag, path)?));
+    }
     for number in 0..count {
         let time = number as f64 * job.time_step.unwrap_or_default();
         if !turns(job) {
@@ -126,7 +131,7 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
             composed = Some(picture);
         }
         if let Some(animation) = &mut animation {
-            animation.add(composed.take().map_or_else(|| picture.read(), Ok)?)?;
+            animation.add(composed.clone().map_or_else(|| picture.read(), Ok)?)?;
         }
         progress.inc(1);
     }
@@ -134,7 +139,8 @@ fn draw(job: &Job<'_>, scenes: Vec<Loaded>, ctx: Context) -> Result<()> {
 
     if let Some(animation) = animation {
         animation.finish()?;
-    } else if let Some(path) = &job.out {
+    }
+    if let Some(path) = job.out.as_ref().filter(|_| !turns(job)) {
         write_picture(path, &composed.map_or_else(|| picture.read(), Ok)?)?;
     }
     if let Some(path) = &session.aov {

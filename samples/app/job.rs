@@ -11,7 +11,7 @@ use prism_engine::{
 };
 
 use super::{
-    animation::Kind,
+    animation::{self, Kind},
     assets, choices,
     cli::{CommonArgs, ExplainArgs, RenderArgs, RunArgs, SessionArgs},
     console, files,
@@ -20,10 +20,11 @@ use super::{
     walk::Walk,
 };
 
-/// The time from one frame to the next of a headless run, seconds.
+/// The time from one frame to the next of a headless run whose frames are no animation, seconds.
 const HEADLESS_STEP: f64 = 1.0 / 60.0;
 
 /// A run whose flags have been checked. Nothing of it is loaded yet.
+#[derive(Clone)]
 pub struct Job<'a> {
     /// What moves.
     pub sample: &'a dyn Sample,
@@ -39,8 +40,10 @@ pub struct Job<'a> {
     pub frames: Option<u64>,
     /// Seconds from frame to frame; absent where the clock decides.
     pub time_step: Option<f64>,
-    /// The picture, if one is written.
+    /// The picture, if one is written; with a turntable all of its frames.
     pub out: Option<PathBuf>,
+    /// All frames, if they are written.
+    pub sequence: Option<PathBuf>,
 }
 
 /// The settings of a job: what the flags ask of the picture, and what `--stats` wants counted.
@@ -90,8 +93,19 @@ impl<'a> Job<'a> {
             (Source::File(file), None) => Walk::single(file),
         };
         let session = &args.common.session;
-        let files_only = args.headless || args.out.is_some() || session.aov.is_some() || session.turntable.is_some();
+        let files_only = args.headless
+            || [&args.out, &args.sequence, &session.aov].into_iter().any(Option::is_some)
+            || session.turntable.is_some();
         refuse_beside_turntable(&args.common, args.frames)?;
+        if let Some(path) = &args.sequence {
+            let flag = format!("--sequence {}", path.display());
+            if session.turntable.is_some() {
+                return usage(format!("{flag}: --out has the frames of a turntable; drop one of the two"));
+            }
+            if args.frames.is_none() {
+                return usage(format!("{flag}: one frame is no sequence; add --frames N"));
+            }
+        }
         let window = !files_only && !embedded && window_possible();
         if args.time_step.is_some() && !sample.moves() {
             return usage(format!("--time-step: nothing in {} moves with time; drop the flag", sample.id()));
@@ -99,14 +113,17 @@ impl<'a> Job<'a> {
         if !window && args.time_step.is_some() && args.frames.is_none() {
             return usage("--time-step needs --frames without a window: a single frame is at time 0".into());
         }
+        let step = if args.sequence.is_some() { animation::STEP } else { HEADLESS_STEP };
+        let files = args.sequence.is_some() || session.aov.is_some();
         let job = Job {
             sample,
             walk,
             settings: settings(&args.common, sample)?,
             window,
             frames: if window { args.frames } else { Some(frames(&args.common, args.frames)) },
-            time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(HEADLESS_STEP)) },
-            out: if window { None } else { picture(args.out, &args.common, sample.id()) },
+            time_step: if window { args.time_step } else { Some(args.time_step.unwrap_or(step)) },
+            out: if window { None } else { picture(args.out, files, &args.common, sample.id()) },
+            sequence: args.sequence,
             common: args.common,
         };
         if let Some(exhibit) = sample.exhibit() {
@@ -126,7 +143,8 @@ impl<'a> Job<'a> {
             window: false,
             frames: Some(frames(&args.common, args.frames)),
             time_step: Some(0.0),
-            out: picture(args.out, &args.common, &stem),
+            out: picture(args.out, args.common.session.aov.is_some(), &args.common, &stem),
+            sequence: None,
             walk: Walk::single(args.scene),
             common: args.common,
         };
@@ -150,6 +168,24 @@ impl<'a> Job<'a> {
         Job::render(RenderArgs { scene: args.what.clone(), headless: true, frames: None, out: None, common }, still)
     }
 
+    /// Another sample as its name alone would show it, in a window of this size; on the same device, with the same checks
+    /// and shaders.
+    #[cfg(feature = "window")]
+    pub fn beside(&self, id: &str, [width, height]: [u32; 2], samples: &[&'a dyn Sample]) -> Result<Job<'a>> {
+        let SessionArgs { gpu, validation, shader_dir, .. } = self.common.session.clone();
+        let mut session = SessionArgs { gpu, validation, shader_dir, ..SessionArgs::default() };
+        (session.size.width, session.size.height) = (width, height);
+        let common = CommonArgs { session, ..CommonArgs::default() };
+        Job::run(RunArgs { sample: id.to_owned(), common, ..RunArgs::default() }, samples)
+    }
+
+    /// The same of another file, seen by its own camera.
+    #[cfg(feature = "window")]
+    pub fn of_file(&self, file: PathBuf) -> Job<'a> {
+        let common = CommonArgs { camera: Default::default(), ..self.common.clone() };
+        Job { walk: Walk::single(file), common, ..self.clone() }
+    }
+
     /// Width and height of the picture, or of the window when it opens.
     pub fn size(&self) -> [u32; 2] {
         let size = self.common.session.size;
@@ -161,11 +197,15 @@ impl<'a> Job<'a> {
         let session = &self.common.session;
         let mut pictures = Some("png");
         if let (Some(_), Some(path)) = (session.turntable, &self.out) {
-            Kind::of(path)?;
+            Kind::of("--out", path)?;
             pictures = None;
+        }
+        if let Some(path) = &self.sequence {
+            Kind::of("--sequence", path)?;
         }
         let outputs = [
             ("--out", "picture", &self.out, pictures),
+            ("--sequence", "animation", &self.sequence, None),
             ("--aov", "surface data", &session.aov, Some("exr")),
             ("--csv", "table", &session.csv, None),
         ];
@@ -193,6 +233,7 @@ fn refuse_without_application(args: &RunArgs, sample: &dyn Sample) -> Result<()>
     let session = &args.common.session;
     let flags = [
         ("--frames", args.frames.is_some()),
+        ("--sequence", args.sequence.is_some()),
         ("--aov", session.aov.is_some()),
         ("--turntable", session.turntable.is_some()),
         ("--csv", session.csv.is_some()),
@@ -238,14 +279,10 @@ fn find<'a>(id: &str, samples: &[&'a dyn Sample]) -> Result<&'a dyn Sample> {
     })
 }
 
-/// Where the picture goes: nowhere if only surface data were asked for.
-fn picture(out: Option<PathBuf>, common: &CommonArgs, name: &str) -> Option<PathBuf> {
-    match (out, &common.session.aov) {
-        (Some(path), _) => Some(path),
-        (None, Some(_)) => None,
-        (None, None) if common.session.turntable.is_some() => Some(PathBuf::from(format!("{name}.gif"))),
-        (None, None) => Some(PathBuf::from(format!("{name}.png"))),
-    }
+/// Where the picture goes: nowhere if only other `files` were asked for.
+fn picture(out: Option<PathBuf>, files: bool, common: &CommonArgs, name: &str) -> Option<PathBuf> {
+    let ending = if common.session.turntable.is_some() { "gif" } else { "png" };
+    out.or_else(|| (!files).then(|| PathBuf::from(format!("{name}.{ending}"))))
 }
 
 /// Whether a window can be opened, as far as the build and the environment tell. Says so if not.
@@ -313,6 +350,8 @@ mod tests {
         assert_eq!((one.window, one.frames, one.time_step), (false, Some(1), Some(HEADLESS_STEP)));
         let three = job("run own --out a.png --frames 3 --time-step 0.5").unwrap();
         assert_eq!((three.window, three.frames, three.time_step), (false, Some(3), Some(0.5)));
+        let all = job("run own --sequence a.gif --frames 3").unwrap();
+        assert_eq!((all.window, all.frames, all.time_step, all.out), (false, Some(3), Some(0.04), None));
     }
 
     #[test]
@@ -322,6 +361,10 @@ mod tests {
             "run scene.gltf",
             "run own --scene other.gltf",
             "run own --tilt 80",
+            "run own --sequence a.png",
+            "run own --sequence a.mp4 --frames 4",
+            "run own --sequence a.png --frames 4 --out a.png",
+            "run own --sequence a.png --turntable 4",
             "run own --headless --time-step 0.5",
             "run viewer --headless --frames 2 --time-step 0.5",
             "run own --out a.jpg",

@@ -39,7 +39,7 @@ mod walk;
 #[cfg(feature = "window")]
 mod window;
 
-use std::process::ExitCode;
+use std::{process::ExitCode, rc::Rc};
 
 use clap::Parser;
 use prism_engine::error::Result;
@@ -74,10 +74,17 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
     match command {
         Command::List => devices::list_samples(samples),
         Command::Devices => devices::list(),
-        Command::Run(args) => draw(&Job::run(args, samples)?),
+        Command::Run(args) => {
+            let job = Rc::new(Job::run(args, samples)?);
+            if job.window {
+                #[cfg(feature = "window")]
+                return window::run(job, samples);
+            }
+            headless::run(&job)
+        }
         Command::Render(args) => {
             let still = Still(args.scene.clone());
-            draw(&Job::render(args, &still)?)
+            headless::run(&Rc::new(Job::render(args, &still)?))
         }
         Command::Explain(args) => {
             let still = Still(args.what.clone());
@@ -89,12 +96,4 @@ fn dispatch(command: Command, samples: &[&dyn Sample]) -> Result<()> {
         #[cfg(feature = "report")]
         Command::Report(args) => crate::report::run(&args),
     }
-}
-
-fn draw(job: &Job<'_>) -> Result<()> {
-    if job.window {
-        #[cfg(feature = "window")]
-        return window::run(job);
-    }
-    headless::run(job)
 }

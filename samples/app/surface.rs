@@ -13,7 +13,7 @@ use super::cli::{height_scale, on_off, scale_factors, share, two_numbers, unboun
 use super::light::LightArgs;
 
 /// An absent flag leaves what the file says.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "Displaced materials")]
 pub struct SurfaceArgs {
     /// Factors of their textures' UVs, the height map's too, above 0 [default: 1,1]

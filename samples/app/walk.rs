@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use prism_engine::error::{Error, Result};
 
 /// The scenes of a run, in their order; most samples have one.
+#[derive(Clone)]
 pub struct Walk {
     files: Vec<PathBuf>,
     first: usize,
@@ -38,6 +39,20 @@ impl Walk {
         let count = usize::try_from(count).unwrap_or(usize::MAX).min(self.files.len());
         self.files.iter().cycle().skip(self.first).take(count).map(PathBuf::as_path)
     }
+}
+
+/// The glTF files of the folder in which `file` lies, in the order of their names: itself at least.
+#[cfg(feature = "window")]
+pub fn neighbours(file: &Path) -> Vec<PathBuf> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries =
+        folder.read_dir().into_iter().flatten().filter_map(|entry| Some(folder.join(entry.ok()?.file_name())));
+    let is_scene = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "gltf" || ending == "glb");
+    let mut files: Vec<PathBuf> =
+        entries.filter(is_scene).filter(|path| path.file_name() != file.file_name()).collect();
+    files.push(file.to_owned());
+    files.sort();
+    files
 }
 
 /// What a scene is called: its file's name without the extension.

@@ -231,7 +231,7 @@ Place patch_inside(Patch patch_, DicedTriangle triangle, vec3 weights) {
 }
 
 vec2 height_uv_of(uint vertex) {
-    return vec2(vertices.item[vertex].shell.w, vertices.item[vertex].normal.w);
+    return height_uv_of(vertices.item[vertex]);
 }
 
 // Height map coordinates at a place.
@@ -287,10 +287,10 @@ DicedVertex diced_vertex(DicedTriangle triangle, Place place) {
     for (int k = 0; k < 3; ++k) {
         Vertex vertex = vertices.item[triangle.corners[k]];
         at[k] = vertex.position.xyz + level * vertex.shell.xyz;
-        uvs[k] = vec2(vertex.shell.w, vertex.normal.w);
+        uvs[k] = height_uv_of(vertex);
         lifts += abs(vertex.shell.xyz);
         authored += lambda[k] * vertex.normal.xyz;
-        result.uvs += lambda[k] * vertex_uvs(triangle.corners[k]);
+        result.uvs += lambda[k] * vertex_uvs(triangle.corners[k], uvs[k]);
 #ifdef VERTEX_TANGENTS
         result.tangent += lambda[k] * tangents.item[triangle.corners[k]];
 #endif

@@ -62,7 +62,8 @@ vec3 reflected(Surface surface, vec3 light) {
     float distribution = a2 / (PI * d * d);
     float visibility = 0.5 / (nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2));
     vec3 f0 = surface.reflectance.rgb;
-    vec3 fresnel = f0 + (surface.reflectance.w - f0) * pow(1.0 - vh, 5.0);
+    float grazing = 1.0 - vh, squared = grazing * grazing;
+    vec3 fresnel = f0 + (surface.reflectance.w - f0) * (squared * squared * grazing);
 #ifdef SPECULAR
     // Of a coloured reflection the complement is not to show.
     vec3 passed = vec3(1.0 - max(fresnel.r, max(fresnel.g, fresnel.b)));

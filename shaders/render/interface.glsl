@@ -50,6 +50,11 @@ layout(std430, set = 1, binding = 0) readonly buffer VertexBlock { Vertex item[]
 layout(std430, set = 1, binding = 1) readonly buffer PrismBlock { PrismData item[]; } prisms;
 layout(std140, set = 1, binding = 2) uniform MaterialBlock { Material material; };
 
+// A vertex's coordinates in the height map.
+vec2 height_uv_of(Vertex vertex) {
+    return vec2(vertex.shell.w, vertex.normal.w);
+}
+
 // Whether hits from behind count. To light both sides are alike: whatever stands in its way blocks it.
 bool hits_from_behind() {
 #ifdef BLOCKS_LIGHT

@@ -49,7 +49,7 @@ void main() {
 #ifdef HAS_HEIGHT
     Prism prism;
     for (int k = 0; k < 3; ++k) {
-        prism.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
+        prism.uv[k] = height_uv_of(v[k]);
         prism.neighbour_uv[k] = data.neighbour_uv[k];
         prism.wall[k] = wall_kind(data.corners.w, k);
         prism.field[k] = wall_field(data.corners.w, k);

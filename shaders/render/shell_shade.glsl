@@ -56,10 +56,6 @@ vec2 barycentric_step(vec3 moved, vec3 e1, vec3 e2) {
 // Coordinates that differ by less are the same.
 const float SAME_UV = 1e-5;
 
-vec2 height_uv_of(Vertex vertex) {
-    return vec2(vertex.shell.w, vertex.normal.w);
-}
-
 // How the height field continues beside a hit on it in prism `id`. s0, e1, e2, along, slope: see below.
 Relief shell_relief(Object object, uint id, Vertex v[3], ShellHit hit, vec2 slope, vec3 s0, vec3 e1, vec3 e2,
                     vec3 along) {
@@ -139,8 +135,12 @@ Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, S
     vec3 position = s0 + hit.lambda.y * e1 + hit.lambda.z * e2;
     vec3 eye = object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
     vec3 geometric = level_normal + slope.x * cross(along, e2) + slope.y * cross(e1, along);
+#ifdef NORMALS_ALONG_SHELL
+    vec3 authored = normalize(along);
+#else
     vec3 authored = hit.lambda.x * v[0].normal.xyz + hit.lambda.y * v[1].normal.xyz + hit.lambda.z * v[2].normal.xyz;
     authored = normalize(authored);
+#endif
     vec3 normal = length(level_normal) * authored + slope.x * cross(authored, e2) + slope.y * cross(e1, authored);
     if (hit.wall >= 0) {
         // A wall stands on its edge along the shell normals.
@@ -167,7 +167,10 @@ Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, S
     vec2 step_x = barycentric_step(across, e1, e2);
     vec2 step_y = barycentric_step(down, e1, e2);
     TexturePoint at[2];
-    vec4 uvs[3] = vec4[3](vertex_uvs(corners[0]), vertex_uvs(corners[1]), vertex_uvs(corners[2]));
+    vec4 uvs[3];
+    for (int k = 0; k < 3; ++k) {
+        uvs[k] = vertex_uvs(corners[k], height_uv_of(v[k]));
+    }
     for (int i = 0; i < 2; ++i) {
         vec2 a = i == 0 ? uvs[0].xy : uvs[0].zw;
         vec2 b = (i == 0 ? uvs[1].xy : uvs[1].zw) - a;
@@ -202,8 +205,7 @@ Shaded shaded_at(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, S
     surface.occlusion = m.occlusion;
     surface.emissive = m.emissive;
 #ifdef AMBIENT_OCCLUSION
-    vec2 corner = vec2(v[0].shell.w, v[0].normal.w);
-    vec2 b = vec2(v[1].shell.w, v[1].normal.w) - corner, c = vec2(v[2].shell.w, v[2].normal.w) - corner;
+    vec2 corner = height_uv_of(v[0]), b = height_uv_of(v[1]) - corner, c = height_uv_of(v[2]) - corner;
     float open = ambient_occlusion(TexturePoint(corner + hit.lambda.y * b + hit.lambda.z * c,
                                                 step_x.x * b + step_x.y * c, step_y.x * b + step_y.y * c));
     surface.occlusion *= mix(1.0, open, height_share);

@@ -28,10 +28,11 @@ void main() {
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, vertex.position.xyz);
     float view_depth = dot(object.depth.xyz, vertex.position.xyz) + object.depth.w;
     gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);
+    vec2 height_uv = vec2(vertex.position.w, vertex.normal.w);
     out_position = vertex.position.xyz;
     out_normal = vertex.normal.xyz;
 #ifdef VERTEX_UVS
-    out_uvs = vertex_uvs(gl_VertexIndex);
+    out_uvs = vertex_uvs(gl_VertexIndex, height_uv);
 #endif
 #ifdef VERTEX_TANGENTS
     out_tangent = tangents.item[gl_VertexIndex];
@@ -40,6 +41,6 @@ void main() {
     out_shear = vertices.item[gl_VertexIndex].position.w;
 #endif
 #ifdef HAS_HEIGHT
-    out_height_uv = vec2(vertex.position.w, vertex.normal.w);
+    out_height_uv = height_uv;
 #endif
 }

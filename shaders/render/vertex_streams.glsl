@@ -13,13 +13,17 @@ layout(std430, set = 1, binding = 35) readonly buffer Uvs1Block { vec2 item[]; }
 layout(std430, set = 1, binding = 36) readonly buffer TangentBlock { vec4 item[]; } tangents;
 #endif
 
-// UV sets 0 and 1 of a vertex, as in the file; zero where nothing reads them.
-vec4 vertex_uvs(uint vertex) {
+// UV sets 0 and 1 of a vertex, as in the file; zero where nothing reads them. One that is `height_uv` itself has no buffer.
+vec4 vertex_uvs(uint vertex, vec2 height_uv) {
     vec4 uvs = vec4(0.0);
-#ifdef VERTEX_UVS_0
+#ifdef HEIGHT_UVS_0
+    uvs.xy = height_uv;
+#elif defined(VERTEX_UVS_0)
     uvs.xy = uvs_0.item[vertex];
 #endif
-#ifdef VERTEX_UVS_1
+#ifdef HEIGHT_UVS_1
+    uvs.zw = height_uv;
+#elif defined(VERTEX_UVS_1)
     uvs.zw = uvs_1.item[vertex];
 #endif
     return uvs;

@@ -29,12 +29,12 @@ layout(location = 0) flat in uint in_prism;
 layout(location = 1) PER_SAMPLE in float in_level;
 #endif
 
-// The first hit of the pixel's ray, from the lid of `prism` at `level`, or from its border.
-WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc, uint prism, float level) {
+// The first hit of the pixel's ray, from the lid of `prism` at `level`, or from its border, and the prism `at` it.
+WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc, uint prism, float level, out Standing at) {
     WalkRay ray = pixel_ray(object.clip_x, object.clip_y, object.clip_w, ndc, object.handedness.x);
     int limit = 64 + 2 * int(draw.prism_count);
 #ifdef WALK_LIDS
-    Standing at = walk_stand(ray, prism, 2);
+    at = walk_stand(ray, prism, 2);
     WalkStart start = walk_start(ray, level, at);
     WalkHit hit = WalkHit(false, prism, 0.0, vec3(0.0), -1, 0);
     if (start.found) {
@@ -43,7 +43,9 @@ WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc, uint prism, f
     }
     return hit;
 #else
-    return border_hit(prism, ray, object, settings, limit);
+    WalkHit hit = border_hit(prism, ray, object, settings, limit);
+    at = walk_stand(ray, hit.prism, 2);
+    return hit;
 #endif
 }
 
@@ -55,7 +57,8 @@ bool shows(uint prism, float level) {
     fade_heights(object, ndc);
 #endif
     MarchSettings settings = march_settings();
-    WalkHit hit = first_hit(object, settings, ndc, prism, level);
+    Standing at;
+    WalkHit hit = first_hit(object, settings, ndc, prism, level, at);
     count_limits(hit.limits);
     // What misses is discarded at the end: before it, lavapipe would run all that follows for no fragment.
     bool shown = hit.hit;
@@ -63,12 +66,15 @@ bool shows(uint prism, float level) {
     seen_prism = hit.prism;
 #endif
     if (shown) {
-        uvec4 corners = prisms.item[hit.prism].corners;
+        uvec4 corners = at.corners;
         Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
         Prism shaded;
         vec3 depth, slope;
         for (int k = 0; k < 3; ++k) {
-            shaded.uv[k] = vec2(v[k].shell.w, v[k].normal.w);
+            // The walk has it: not to be read again.
+            shaded.uv[k] = walk_corner_uv(at, k);
+            v[k].shell.w = shaded.uv[k].x;
+            v[k].normal.w = shaded.uv[k].y;
             depth[k] = dot(object.depth.xyz, v[k].position.xyz) + object.depth.w;
             slope[k] = dot(object.depth.xyz, v[k].shell.xyz);
         }

@@ -44,7 +44,7 @@ vec3 walk_shell(uint vertex) {
 }
 
 vec2 walk_uv(uint vertex) {
-    return vec2(vertices.item[vertex].shell.w, vertices.item[vertex].normal.w);
+    return height_uv_of(vertices.item[vertex]);
 }
 
 #endif

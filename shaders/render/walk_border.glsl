@@ -85,13 +85,14 @@ WalkHit border_hit(uint id, WalkRay ray, Object object, MarchSettings settings, 
         start.on_wall = wall != AT_LEVEL;
         start.found = true;
         WalkTrail trail = NO_TRAIL;
-        WalkHit hit = walk(ray, settings, walk_stand(ray, id, start.on_wall ? wall : 2), start, limit, trail);
+        Standing at = walk_stand(ray, id, start.on_wall ? wall : 2);
+        WalkHit hit = walk(ray, settings, at, start, limit, trail);
         int limits = best.limits + hit.limits;
         if (hit.hit) {
-            uvec3 at = walk_corners(hit.prism).xyz;
+            uvec3 ends = at.corners.xyz;
             float hit_depth = 0.0;
             for (int k = 0; k < 3; ++k) {
-                vec3 place = walk_position(at[k]) + hit.t * walk_shell(at[k]);
+                vec3 place = walk_position(ends[k]) + hit.t * walk_shell(ends[k]);
                 hit_depth += hit.lambda[k] * (dot(object.depth.xyz, place) + object.depth.w);
             }
             if (hit_depth < best_depth) {

@@ -43,6 +43,7 @@ struct Standing {
     uint prism;
     int entry;
     uvec4 corners; // walk_corners of the prism
+    vec4 range;    // walk_range of it
     vec2 pa, qa, pb, qb, pc, qc;
     vec2 uv_a, uv_b, uv_c;
     vec3 bc, ca, ab;
@@ -97,6 +98,11 @@ vec3 walk_unturned(vec3 lambda, int entry) {
     return entry == 0 ? lambda.zxy : entry == 1 ? lambda.yzx : lambda;
 }
 
+// The height map's coordinates at corner `number`.
+vec2 walk_corner_uv(Standing at, int number) {
+    return number == at.entry ? at.uv_c : number == walk_number(at.entry, 0) ? at.uv_a : at.uv_b;
+}
+
 void walk_across(WalkRay ray, uint vertex, out vec2 p, out vec2 q) {
     vec3 at = walk_position(vertex), shell = walk_shell(vertex);
     at = ray.shadow ? at - ray.origin : at;
@@ -111,6 +117,7 @@ Standing walk_stand(WalkRay ray, uint prism, int entry) {
     at.prism = prism;
     at.entry = entry;
     at.corners = walk_corners(prism);
+    at.range = walk_range(prism);
     uvec3 corners = walk_turned(at.corners.xyz, entry);
     at.uv_a = walk_uv(corners.x);
     at.uv_b = walk_uv(corners.y);
@@ -139,6 +146,7 @@ void walk_over(WalkRay ray, uint neighbour, int turned, inout Standing at) {
     at.prism = neighbour >> 2;
     at.entry = int(neighbour & 3u);
     at.corners = walk_corners(at.prism);
+    at.range = walk_range(at.prism);
     uvec3 corners = walk_turned(at.corners.xyz, at.entry);
     walk_across(ray, corners.z, at.pc, at.qc);
     at.uv_c = walk_uv(corners.z);
@@ -227,9 +235,8 @@ vec3 walk_lambda(Standing at, int turned, float t) {
                                                                         : vec3(1.0 - w, w, 0.0);
 }
 
-// Levels beyond a prism's lids and bases at which a ray may still be within their growth.
-float walk_margin(uint prism) {
-    uvec3 corners = walk_corners(prism).xyz;
+// Levels beyond the lids and bases at which a ray may still be within their growth.
+float walk_margin(uvec4 corners) {
     return 2.0 * max(walk_growth(corners.x), max(walk_growth(corners.y), walk_growth(corners.z)));
 }
 
@@ -310,8 +317,8 @@ WalkStart walk_locate(WalkRay ray, float level, inout Standing at) {
     bool looks = true;
     for (int i = 0; i < WALK_LOCATE_HOPS && looks; ++i) {
         // The raster's neighbour may be the ray's own, and the ray may pass all this prism's lid within its growth.
-        vec4 range = walk_range(at.prism);
-        float margin = walk_margin(at.prism);
+        vec4 range = at.range;
+        float margin = walk_margin(at.corners);
         start = walk_enter(ray, level, range.zw + vec2(-margin, margin), at);
         looks = !start.found;
         if (looks) {
@@ -343,7 +350,7 @@ bool walk_back(WalkRay ray, inout WalkStart start, inout Standing at) {
     }
     walk_over(ray, neighbour, EXIT_AB, at);
     start.front = quadratic(at.bc, start.t) + quadratic(at.ca, start.t) < 0.0 ? -1.0 : 1.0;
-    vec4 range = walk_range(at.prism);
+    vec4 range = at.range;
     float end = start.front * ray.handedness > 0.0 ? range.z : range.w, back = end;
     int turned = EXIT_NONE;
     walk_exit(at.bc, EXIT_BC, -ray.handedness, start.front, start.t, back, turned);
@@ -359,7 +366,7 @@ bool walk_back(WalkRay ray, inout WalkStart start, inout Standing at) {
 // last outside both. A lid is planar between corners at different levels and walls are not, so that the ray may have
 // passed under it in a neighbour already: then back through the prisms to where it had not.
 WalkStart walk_start(WalkRay ray, float level, inout Standing at) {
-    vec4 range = walk_range(at.prism);
+    vec4 range = at.range;
     WalkStart start = walk_enter(ray, level, vec2(min(range.z, level), max(range.w, level)), at);
     if (!start.found) {
         start = walk_locate(ray, level, at);
@@ -399,7 +406,7 @@ float walk_distance(WalkRay ray, Standing at, vec3 lambda, float t) {
 
 // Leaves the shell from the prism `at` through `turned`, or through an end of its levels.
 void walk_leave(Standing at, int turned, float t, float leave, inout WalkTrail trail) {
-    vec4 range = walk_range(at.prism);
+    vec4 range = at.range;
     bool climbs = leave > t;
     float end = climbs ? max(t, min(leave, range.w)) : min(t, max(leave, range.z));
     trail.prism = at.prism;
@@ -407,8 +414,10 @@ void walk_leave(Standing at, int turned, float t, float leave, inout WalkTrail t
     trail.lambda = walk_unturned(walk_lambda(at, end == leave ? turned : EXIT_NONE, end), at.entry);
 }
 
-// The first hit from `start` on. `limit`: prisms after which it gives up. `trail` begins as NO_TRAIL.
-WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, int limit, inout WalkTrail trail) {
+// The first hit from `start` on; `at` ends in its prism. `limit`: prisms after which it gives up. `trail` begins as
+// NO_TRAIL.
+WalkHit walk(WalkRay ray, MarchSettings settings, inout Standing at, WalkStart start, int limit,
+             inout WalkTrail trail) {
     WalkHit hit = WalkHit(false, 0u, 0.0, vec3(0.0), -1, 0);
     float t = start.t, front = start.front;
     int came = start.on_wall ? EXIT_AB : EXIT_NONE;
@@ -423,7 +432,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
     bool clear_known = false;
     bool walks = true;
     do {
-        vec4 range = walk_range(at.prism);
+        vec4 range = at.range;
 #ifdef SOFT_SHADOW
         if (ray.shadow && penumbra.open) {
             range.y += penumbra.headroom;
@@ -526,7 +535,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, Standing at, WalkStart start, 
                 // out. What the ray meets then it enters anew, through a lid or base.
                 above = travel > 0.0;
                 if (travel > 0.0 ? leave > range.w : leave < range.z) {
-                    float margin = ray.shadow ? 0.0 : walk_margin(at.prism);
+                    float margin = ray.shadow ? 0.0 : walk_margin(at.corners);
                     leaves = leaves || (travel > 0.0 ? leave > range.w + margin : leave < range.z - margin);
                 }
             }

@@ -213,6 +213,10 @@ pub struct Variant {
     pub aov: bool,
     /// UV set of the AOV.
     pub aov_uv: u8,
+    /// The UV set that is the height map's coordinates, which each vertex has anyway.
+    pub height_uvs: Option<u8>,
+    /// Its vertices' normals are their shell directions.
+    pub normals_along_shell: bool,
     /// Samples of a pixel.
     pub samples: u8,
     /// Its fragments are traced and shaded sample by sample.
@@ -346,6 +350,8 @@ impl Variant {
             shadow_maps: false,
             aov: false,
             aov_uv: 0,
+            height_uvs: self.height_uvs.filter(|_| self.alpha_mask),
+            normals_along_shell: false,
             view: View::Shaded,
             ..self
         }
@@ -427,6 +433,11 @@ impl Variant {
             Geometry::BaseEdges => Vertices::Surface,
             _ => Vertices::Shell,
         }
+    }
+
+    /// Whether it reads them as the vertices' own.
+    pub fn reads_uv_stream(&self, set: u8) -> bool {
+        self.reads_uvs(set) && self.height_uvs != Some(set)
     }
 
     /// Whether it reads tangents.
@@ -516,8 +527,11 @@ impl Variant {
         flag("SAMPLE_SHADING", self.per_sample);
         let uvs = [0, 1].map(|set| self.reads_uvs(set));
         flag("VERTEX_UVS", uvs.contains(&true));
-        flag("VERTEX_UVS_0", uvs[0]);
-        flag("VERTEX_UVS_1", uvs[1]);
+        flag("VERTEX_UVS_0", self.reads_uv_stream(0));
+        flag("VERTEX_UVS_1", self.reads_uv_stream(1));
+        flag("HEIGHT_UVS_0", uvs[0] && self.height_uvs == Some(0));
+        flag("HEIGHT_UVS_1", uvs[1] && self.height_uvs == Some(1));
+        flag("NORMALS_ALONG_SHELL", self.normals_along_shell);
         flag("VERTEX_TANGENTS", self.reads_tangents());
         flag("DITHER", self.dithers());
         flag("DEPTH_SHIFT", self.depth_shift.is_some());

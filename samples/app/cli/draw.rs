@@ -37,13 +37,18 @@ pub struct RunArgs {
     pub frames: Option<u64>,
 
     /// Seconds of the sample's time from one frame to the next
-    /// [default: 1/60 headless, the clock's in a window]
+    /// [default: 1/60 headless, 1/25 in a sequence, the clock's in a window]
     #[arg(long, value_name = "S", value_parser = seconds, allow_hyphen_values = true)]
     pub time_step: Option<f64>,
 
     /// The picture, an sRGB PNG [default: SAMPLE.png in the current folder; none if only --aov is given]
     #[arg(long, value_name = "FRAME.png")]
     pub out: Option<PathBuf>,
+
+    /// Every frame of --frames, without a window: a picture each (.png: NAME-000.png and so on), or one .gif or .apng at 25 a
+    /// second [default: not written]
+    #[arg(long, value_name = "FRAMES.png")]
+    pub sequence: Option<PathBuf>,
 
     /// What is common with `render`.
     #[command(flatten)]

@@ -27,20 +27,9 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(March::ALL, March::name))]
     pub march: Option<March>,
 
-    /// Fewest linear steps (pom, relief): of a ray straight down (base surface), of a prism (shell), 1 to 4096
-    /// [default: 8, or --max-steps where that is less]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub min_steps: Option<u32>,
-
-    /// Most steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
-    /// [default: 64, or --min-steps where that is more]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub max_steps: Option<u32>,
-
-    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps; in the last
-    /// cone: relaxed-cone's bisections; 0 to 64 [default: 8; secant 5]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
-    pub refine_steps: Option<u32>,
+    /// How finely.
+    #[command(flatten)]
+    pub steps: StepArgs,
 
     /// What clips the base surface, for --shell off: a shell needs nothing [default: none]
     #[arg(long, value_parser = words(Silhouette::ALL, Silhouette::name))]
@@ -114,4 +103,27 @@ pub struct LookArgs {
     /// Keeps what `prism explain` says is left out, where it could be there: the same picture, for comparison [default: off]
     #[arg(long)]
     pub keep_all: bool,
+}
+
+/// How many steps a march takes, and how near it comes.
+#[derive(Clone, Debug, Default, Args)]
+pub struct StepArgs {
+    /// Fewest linear steps (pom, relief): of a ray straight down (base surface), of a prism (shell), 1 to 4096
+    /// [default: 8, or --max-steps where that is less]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub min_steps: Option<u32>,
+
+    /// Most steps (not exact): of a ray at grazing angle (base surface), of a prism (shell), 1 to 4096
+    /// [default: 64, or --min-steps where that is more]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub max_steps: Option<u32>,
+
+    /// After the linear search: relief's bisections, secant's most steps, contact's fine steps; in the last
+    /// cone: relaxed-cone's bisections; 0 to 64 [default: 8; secant 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub refine_steps: Option<u32>,
+
+    /// Secant is content with a height so near to the ray's, as a share of the height's range, 0 to 1 [default: 0.01]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub tolerance: Option<f32>,
 }

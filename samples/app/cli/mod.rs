@@ -12,7 +12,7 @@ use clap::{Parser, Subcommand};
 pub use tools::ReportArgs;
 pub use {
     draw::{CommonArgs, ExplainArgs, RenderArgs, RunArgs},
-    look::LookArgs,
+    look::{LookArgs, StepArgs},
     session::{CameraArgs, SessionArgs},
     tools::{BakeArgs, BakeKind, BenchArgs, DeviceArgs, ProbeArgs},
     value::{height_scale, on_off, ranged, scale_factors, share, two_numbers, unbounded, words},
@@ -39,7 +39,7 @@ H shell on or off, M march, V the next view, 1 to 9 and 0 the first ten of them,
 W shadow maps, A ambient occlusion, without a shell C clipped outline and G normals, Space pauses the sample's time, \
 R resets the camera, N and B show the next and the last scene of a sample of several, \
 F11 or F lets RenderDoc take the next frame where it is loaded, F12 or P saves a screenshot in the current folder, \
-Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
+I every frame from then on as a picture until it is pressed again, Esc or Q quits. A click probes a pixel's ray, left drag turns the camera, right or middle drag \
 (or Shift and left drag) moves it sideways, the wheel or a two-finger scroll or pinch zooms.";
 
 const BAKE_AFTER_HELP: &str = "\
@@ -64,7 +64,7 @@ pub enum Command {
     Devices,
     /// Runs a sample: in a window where there is a display, else headless
     ///
-    /// --headless, --out and --aov each keep it from opening a window.
+    /// --headless, --out, --aov and --sequence each keep it from opening a window.
     #[command(after_help = RUN_AFTER_HELP)]
     Run(RunArgs),
     /// Renders one frame of a glTF file offscreen

@@ -9,8 +9,9 @@ use prism_engine::{
 };
 
 use super::{
+    look::StepArgs,
     session::CameraArgs,
-    value::{Size, pixel, positive, share, size, tracing_march, words},
+    value::{Size, pixel, positive, size, tracing_march, words},
 };
 use crate::app::surface::SurfaceArgs;
 
@@ -115,21 +116,9 @@ pub struct ProbeArgs {
     #[arg(long, value_name = "MARCH,…", value_delimiter = ',', value_parser = tracing_march())]
     pub march: Vec<March>,
 
-    /// Fewest linear steps of a prism, 1 to 4096 [default: 8, or --max-steps where that is less]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub min_steps: Option<u32>,
-
-    /// Most steps of a prism, 1 to 4096 [default: 64, or --min-steps where that is more]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub max_steps: Option<u32>,
-
-    /// Steps after the linear search, or in the last cone, 0 to 64 [default: 8; secant 5]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
-    pub refine_steps: Option<u32>,
-
-    /// Where march secant is content, as a share of the height's range, 0 to 1 [default: 0.01]
-    #[arg(long, value_name = "N", value_parser = share)]
-    pub tolerance: Option<f32>,
+    /// How finely.
+    #[command(flatten)]
+    pub steps: StepArgs,
 
     /// What is displaced otherwise than the file says.
     #[command(flatten)]

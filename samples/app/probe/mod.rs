@@ -24,7 +24,7 @@ use prism_engine::{
 use super::{
     choices,
     classic::ClassicArgs,
-    cli::{LookArgs, ProbeArgs},
+    cli::{LookArgs, ProbeArgs, StepArgs},
     console, files,
     load::{self, Loaded},
 };
@@ -170,10 +170,11 @@ fn marches(args: &ProbeArgs, scene: &Scene) -> Result<Vec<Settings>> {
         true => Err(Error::Usage(format!("{flag}: no march of --march takes it; add one that does, or drop it"))),
         false => Ok(()),
     };
-    takes("--min-steps", args.min_steps.is_some(), March::steps)?;
-    takes("--max-steps", args.max_steps.is_some(), |march| march != March::Exact)?;
-    takes("--refine-steps", args.refine_steps.is_some(), March::refines)?;
-    takes("--tolerance", args.tolerance.is_some(), |march| march == March::Secant)?;
+    let StepArgs { min_steps, max_steps, refine_steps, tolerance } = args.steps;
+    takes("--min-steps", min_steps.is_some(), March::steps)?;
+    takes("--max-steps", max_steps.is_some(), |march| march != March::Exact)?;
+    takes("--refine-steps", refine_steps.is_some(), March::refines)?;
+    takes("--tolerance", tolerance.is_some(), |march| march == March::Secant)?;
     let mut all = Vec::new();
     for march in chosen {
         if !plan::allows(scene, march) {
@@ -181,16 +182,14 @@ fn marches(args: &ProbeArgs, scene: &Scene) -> Result<Vec<Settings>> {
                 "--march {march}: cones are of height maps, and this scene's is a function"
             )));
         }
-        let look = LookArgs {
-            march: Some(march),
-            min_steps: args.min_steps.filter(|_| march.steps()),
-            max_steps: args.max_steps.filter(|_| march != March::Exact),
-            refine_steps: args.refine_steps.filter(|_| march.refines()),
-            ..LookArgs::default()
+        let steps = StepArgs {
+            min_steps: min_steps.filter(|_| march.steps()),
+            max_steps: max_steps.filter(|_| march != March::Exact),
+            refine_steps: refine_steps.filter(|_| march.refines()),
+            tolerance: tolerance.filter(|_| march == March::Secant),
         };
-        let classic =
-            ClassicArgs { tolerance: args.tolerance.filter(|_| march == March::Secant), ..ClassicArgs::default() };
-        let settings = choices::settings(&look, &classic, &Settings::default())?;
+        let look = LookArgs { march: Some(march), steps, ..LookArgs::default() };
+        let settings = choices::settings(&look, &ClassicArgs::default(), &Settings::default())?;
         // What is exact is the reference's own hit, and always drawn.
         if march != March::Exact {
             all.push(settings);

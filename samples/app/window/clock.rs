@@ -9,6 +9,8 @@ const REPORT_EVERY: Duration = Duration::from_millis(500);
 pub struct Clock {
     /// Seconds per frame; absent where the clock on the wall decides.
     step: Option<f64>,
+    /// The same while frames are kept: an animation has its own pace, however long each frame takes.
+    kept: Option<f64>,
     time: f64,
     last: Option<Instant>,
     paused: bool,
@@ -17,13 +19,13 @@ pub struct Clock {
 impl Clock {
     /// Starts at time 0 with the first frame.
     pub fn new(step: Option<f64>) -> Clock {
-        Clock { step, time: 0.0, last: None, paused: false }
+        Clock { step, kept: None, time: 0.0, last: None, paused: false }
     }
 
     /// The time of a frame that is drawn now.
     pub fn tick(&mut self, now: Instant) -> f64 {
         if let (false, Some(last)) = (self.paused, self.last) {
-            self.time += self.step.unwrap_or_else(|| (now - last).as_secs_f64());
+            self.time += self.step.or(self.kept).unwrap_or_else(|| (now - last).as_secs_f64());
         }
         self.last = Some(now);
         self.time
@@ -39,6 +41,11 @@ impl Clock {
         self.paused = !self.paused;
         // The pause itself is no time: the next tick only marks where it ended.
         self.last = None;
+    }
+
+    /// So much time from frame to frame, where nothing else says how much, or as before.
+    pub fn keep_to(&mut self, step: Option<f64>) {
+        self.kept = step;
     }
 
     /// The window could not draw for a while; that is no time either.
@@ -101,6 +108,16 @@ mod tests {
         let mut clock = Clock::new(Some(0.25));
         let times: Vec<f64> = (0..3).map(|_| clock.tick(Instant::now())).collect();
         assert_eq!(times, [0.0, 0.25, 0.5]);
+    }
+
+    #[test]
+    fn frames_that_are_kept_have_a_step_unless_the_user_has_one() {
+        for (own, expected) in [(None, [0.0, 0.5, 1.0]), (Some(0.25), [0.0, 0.25, 0.5])] {
+            let mut clock = Clock::new(own);
+            clock.keep_to(Some(0.5));
+            let times: Vec<f64> = (0..3).map(|_| clock.tick(Instant::now())).collect();
+            assert_eq!(times, expected);
+        }
     }
 
     #[test]

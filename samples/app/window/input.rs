@@ -9,7 +9,7 @@ use winit::{
 
 /// Printed when a window opens; `prism run --help` has the same in a sentence.
 pub const KEYS: &str = "\
-keys: U panel, S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, Esc or Q quit
+keys: U panel, S stage, H shell on/off, M march, X anti-aliasing, Space pause, R reset camera, F12 or P screenshot, I every frame from now on, or no more, Esc or Q quit
       V next view, 1 to 9 and 0 the first ten views, E error against the reference, K compare two settings
       F11 or F RenderDoc takes the next frame, where it is loaded
       D dithered start, L self-shadow, W shadow maps, A ambient occlusion; shell off: C clipped outline, G normals
@@ -66,6 +66,8 @@ pub enum Wish {
     ResetCamera,
     /// A picture of what is seen.
     Screenshot,
+    /// Every frame as a picture from now on, or no more.
+    Sequence,
     /// The next frame, for RenderDoc.
     Capture,
     /// The end.
@@ -202,6 +204,7 @@ fn wish_of(key: &Key) -> Option<Wish> {
             "r" => Some(Wish::ResetCamera),
             "p" => Some(Wish::Screenshot),
             "f" => Some(Wish::Capture),
+            "i" => Some(Wish::Sequence),
             "n" => Some(Wish::Next),
             "b" => Some(Wish::Back),
             "q" => Some(Wish::Quit),
@@ -270,7 +273,9 @@ mod tests {
 
     #[test]
     fn every_key_that_is_printed_does_something() {
-        for letter in ["S", "H", "M", "V", "E", "K", "X", "F", "D", "L", "W", "A", "C", "G", "R", "P", "Q", "N", "B"] {
+        for letter in
+            ["S", "H", "M", "V", "E", "K", "X", "F", "D", "L", "W", "A", "C", "G", "R", "P", "I", "Q", "N", "B"]
+        {
             let printed = |keys: &str| keys.contains(&format!(" {letter} "));
             assert!(printed(KEYS) || printed(WALK_KEYS), "{letter}");
             assert!(wish_of(&Key::Character(letter.into())).is_some(), "{letter}");

@@ -9,8 +9,11 @@ mod panel;
 mod probed;
 mod reload;
 mod shown;
+mod sight;
 mod split;
 mod switch;
+
+use std::{rc::Rc, sync::Arc};
 
 use prism_engine::{
     error::{Error, Result},
@@ -21,25 +24,27 @@ use winit::{
     error::EventLoopError,
     event::{ElementState, StartCause, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
-    window::WindowId,
+    window::{Window, WindowId},
 };
 
 use super::{
     console,
     job::Job,
     load::{self, Loaded},
+    sample::Sample,
 };
 use input::{Input, KEYS, WALK_KEYS, Wish};
 use shown::{After, Shown};
 
-/// Shows the job in a window until the user, or its number of frames, ends it.
-pub fn run(job: &Job<'_>) -> Result<()> {
+/// Shows the job in a window until the user, or its number of frames, ends it. `samples`: those that the user may go on to.
+pub fn run<'a>(job: Rc<Job<'a>>, samples: &'a [&'a dyn Sample]) -> Result<()> {
     // The display first: a machine without one need not load a scene to say so.
     let events = EventLoop::new().map_err(|e| shown::no_window(&e))?;
     // Nothing is drawn unless something changes; a frame that moves asks for the next one.
     events.set_control_flow(ControlFlow::Wait);
-    let scenes = load::load(job, u64::MAX)?;
-    let mut app = App { job, scenes: Some(scenes), shown: None, input: Input::default(), log: None, outcome: Ok(()) };
+    let scenes = load::load(&job, u64::MAX)?;
+    let input = Input::default();
+    let mut app = App { job, samples, scenes: Some(scenes), shown: None, input, log: None, outcome: Ok(()) };
     let ended = events.run_app(&mut app);
     app.outcome?;
     ended.map_err(event_loop_failed)?;
@@ -51,7 +56,8 @@ fn event_loop_failed(cause: EventLoopError) -> Error {
 }
 
 struct App<'a> {
-    job: &'a Job<'a>,
+    job: Rc<Job<'a>>,
+    samples: &'a [&'a dyn Sample],
     /// Until the window is there.
     scenes: Option<Vec<Loaded>>,
     shown: Option<Shown<'a>>,
@@ -60,17 +66,57 @@ struct App<'a> {
     outcome: Result<()>,
 }
 
-impl App<'_> {
+impl<'a> App<'a> {
     /// Runs `body` on what is shown; an error ends the loop.
-    fn with_shown(&mut self, events: &ActiveEventLoop, body: impl FnOnce(&mut Shown<'_>) -> Result<After>) {
+    fn with_shown(&mut self, events: &ActiveEventLoop, body: impl FnOnce(&mut Shown<'a>) -> Result<After>) {
         let Some(shown) = &mut self.shown else { return };
         match body(shown) {
             Ok(After::Wait) => events.set_control_flow(ControlFlow::Wait),
             Ok(After::At(time)) => events.set_control_flow(ControlFlow::WaitUntil(time)),
             Ok(After::Redraw) => shown.request_redraw(),
             Ok(After::Quit) => events.exit(),
+            Ok(After::Sample(id)) => self.go_on_to(events, id),
             Err(error) => self.fail(events, error),
         }
+    }
+
+    /// Shows the job in this window, with the panel open where it has been.
+    fn show(&mut self, events: &ActiveEventLoop, window: Arc<Window>, panel: Option<bool>, scenes: Vec<Loaded>) {
+        let walks = scenes.len() > 1;
+        match Shown::open(window, self.job.clone(), self.samples, panel, scenes) {
+            Ok(shown) => {
+                if walks {
+                    console::line(WALK_KEYS);
+                }
+                self.log = Some(shown.validation_log());
+                shown.request_redraw();
+                self.shown = Some(shown);
+            }
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    /// Shows another sample in the same window, or says why not and stays.
+    fn go_on_to(&mut self, events: &ActiveEventLoop, id: &str) {
+        let Some(shown) = &mut self.shown else { return };
+        let next = self.job.beside(id, shown.size(), self.samples);
+        let loaded = next.and_then(|job| load::load(&job, u64::MAX).map(|scenes| (job, scenes)));
+        let (job, scenes) = match loaded {
+            Ok(loaded) => loaded,
+            Err(error) => {
+                shown.tell(error);
+                return shown.request_redraw();
+            }
+        };
+        let (window, panel) = (shown.window(), shown.has_panel());
+        // A window is drawn to by one device at a time.
+        let closed = self.shown.take().map_or(Ok(()), Shown::finish);
+        let closed = closed.and_then(|()| self.log.take().map_or(Ok(()), |log| log.check()));
+        if let Err(error) = closed {
+            return self.fail(events, error);
+        }
+        self.job = Rc::new(job);
+        self.show(events, window, Some(panel), scenes);
     }
 
     fn fail(&mut self, events: &ActiveEventLoop, error: Error) {
@@ -85,16 +131,10 @@ impl App<'_> {
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(scenes) = self.scenes.take() else { return };
-        let walks = scenes.len() > 1;
-        match Shown::open(events, self.job, scenes) {
-            Ok(shown) => {
+        match shown::window(events, &self.job) {
+            Ok(window) => {
                 console::line(KEYS);
-                if walks {
-                    console::line(WALK_KEYS);
-                }
-                self.log = Some(shown.validation_log());
-                shown.request_redraw();
-                self.shown = Some(shown);
+                self.show(events, window, None, scenes);
             }
             Err(error) => self.fail(events, error),
         }

@@ -6,20 +6,21 @@ use prism_engine::{
     settings::{Settings, View},
 };
 
-use crate::app::{drawing::Drawing, offscreen::Offscreen, sample::Moment};
+use crate::app::{drawing::Drawing, load::Loaded, offscreen::Offscreen, sample::Moment, surface::SurfaceArgs};
 
 /// The second settings, drawn.
 pub struct Split<'a> {
     drawing: Drawing<'a>,
+    surface: SurfaceArgs,
     /// Where the line is, as a share of the width.
     at: f64,
     picture: Option<Offscreen>,
 }
 
 impl<'a> Split<'a> {
-    /// Beside `first`, with its settings, and the line in the middle.
-    pub fn new(first: &Drawing<'a>) -> Result<Split<'a>> {
-        Ok(Split { drawing: first.beside()?, at: 0.5, picture: None })
+    /// Beside `first`, with its settings and materials, and the line in the middle.
+    pub fn new(first: &Drawing<'a>, surface: SurfaceArgs) -> Result<Split<'a>> {
+        Ok(Split { drawing: first.beside()?, surface, at: 0.5, picture: None })
     }
 
     /// What draws it.
@@ -30,6 +31,18 @@ impl<'a> Split<'a> {
     /// Its settings.
     pub fn settings(&self) -> &Settings {
         self.drawing.renderer().settings()
+    }
+
+    /// What its displaced materials and lights have in place of their own values.
+    pub fn surface(&self) -> &SurfaceArgs {
+        &self.surface
+    }
+
+    /// Draws scenes in which they have these. All frames so far have run.
+    pub fn replace(&mut self, scenes: Vec<Loaded>, surface: SurfaceArgs) -> Result<()> {
+        self.drawing.replace(scenes)?;
+        self.surface = surface;
+        Ok(())
     }
 
     /// Draws it otherwise; the error has one place only, the first picture's.

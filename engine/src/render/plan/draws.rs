@@ -61,6 +61,8 @@ pub(super) fn plan_draws(
         samples: 1,
         per_sample: false,
         aov_uv: displacement.map_or(0, |d| d.tex_coord as u8),
+        height_uvs: geometry.derived.uvs,
+        normals_along_shell: false,
         deforms: false,
         surface_vertices: false,
         cull: None,
@@ -128,7 +130,13 @@ pub(super) fn plan_draws(
         for span in spans {
             let height = height.map(|h| Height { lod_fade: *span == Some(Span::Fading), ..h });
             // The raster's depth lies before all that a fragment can hit.
-            let shelled = Variant { height, depth_shift: None, depth_behind: !settings.keep_all, ..plain };
+            let shelled = Variant {
+                height,
+                depth_shift: None,
+                depth_behind: !settings.keep_all,
+                normals_along_shell: geometry.derived.normals,
+                ..plain
+            };
             let outlines = Variant { mirrored: false, double_sided: false, ..shelled };
             if settings.resolved_shell() == Shell::Walk && geometry.walk.is_some() {
                 // Front faces only: a lid seen from behind is where rays leave.
@@ -167,7 +175,8 @@ pub(super) fn plan_draws(
 /// What draws a displaced primitive as a baseline does. `plain`: its variant without displacement.
 fn baseline_variant(baseline: Baseline, displacement: &Displacement, plain: Variant) -> Variant {
     match baseline {
-        Baseline::MicroMesh { .. } => Variant { geometry: Geometry::MicroMesh, ..plain },
+        // Its vertices are its own.
+        Baseline::MicroMesh { .. } => Variant { geometry: Geometry::MicroMesh, height_uvs: None, ..plain },
         Baseline::Diced { by, culls, .. } => {
             let unmarched = Settings { march: March::None, ..Settings::default() };
             let height = Some(height(displacement, &unmarched, true));

@@ -51,6 +51,11 @@ impl Ledger {
         Ledger { keep_all, decisions: Vec::new() }
     }
 
+    /// Whether what is idle is kept.
+    pub fn keeps_all(&self) -> bool {
+        self.keep_all
+    }
+
     /// Takes a need down, and answers whether the thing is created.
     pub fn decide(&mut self, of: impl Into<String>, what: &'static str, need: Need) -> bool {
         let (kept, why) = match need {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::draws::soft;
-use super::{Plan, PlannedPrimitive, Streams, needs, primitive_name};
+use super::{Derived, Plan, PlannedPrimitive, Streams, needs, primitive_name};
 use crate::scene::{Primitive, Scene};
 use crate::settings::{SelfShadow, Settings, Shell};
 use crate::shell::{
@@ -98,6 +98,7 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             0.0
         };
         let walk = walks.then(|| WalkGeometry::new(mesh, p, &shell_normals, &geometry));
+        let derived = Derived::new(scene, primitive, &geometry, &shell_normals, deforms, &name(p), &mut plan.ledger);
         plan.primitives.push(PlannedPrimitive {
             mesh: index,
             primitive: p,
@@ -107,6 +108,7 @@ pub(super) fn plan_mesh(scene: &Scene, index: usize, settings: &Settings, plan: 
             hierarchy: shelled && shadows,
             headroom,
             shell_normals,
+            derived,
             streams: Streams::default(),
             offset: offsets[p],
             deforms,

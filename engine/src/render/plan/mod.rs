@@ -1,6 +1,7 @@
 //! What a scene needs under given settings on a given device: pure, before anything is created.
 
 mod check;
+mod derived;
 mod draws;
 pub mod fade;
 pub mod ledger;
@@ -16,6 +17,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 pub use self::check::{allows, check, dicer, may_cull, may_shade_samples, wants_shell};
+pub use self::derived::Derived;
 use self::draws::plan_draws;
 use self::fade::Span;
 use self::ledger::{Ledger, Need};
@@ -68,6 +70,8 @@ pub struct PlannedPrimitive {
     pub headroom: f64,
     /// Shell normal times r of each of its vertices (DESIGN section 1).
     pub shell_normals: Vec<Vec3>,
+    /// What of its vertices follows from the rest of them.
+    pub derived: Derived,
     /// What its draws read of its vertices besides.
     pub streams: Streams,
     /// The level that all of it lies at, mesh units, where it is drawn so in place of a shell.
@@ -202,18 +206,20 @@ fn plan_streams(scene: &Scene, plan: &mut Plan) {
         let drawn = plan.draws.iter().chain(&plan.aov_draws).filter(|draw| draw.primitive == index);
         let variants: Vec<_> = drawn.map(|draw| draw.variant).collect();
         let of = primitive_name(scene, mesh, number);
+        let derived = plan.primitives[index].derived.uvs;
         // Poses are written with all there is.
         let posed = if plan.primitives[index].deforms { Vertices::Shell } else { Vertices::None };
         let read = variants.iter().map(Variant::reads_vertices).fold(posed, Vertices::max);
         let lifted = plan.ledger.decide(&of, "shell normals", needs::shell_normals(read));
         let vertices = if lifted { Vertices::Shell } else { read };
-        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool| {
-            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads)))
+        let mut stream = |what, has: bool, reads: &dyn Fn(&Variant) -> bool, derived: bool| {
+            plan.ledger.decide(&of, what, needs::stream(has, variants.iter().any(reads), derived))
         };
         let uvs = [0, 1].map(|set: usize| {
-            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &|variant| variant.reads_uvs(set as u8))
+            let reads = |variant: &Variant| variant.reads_uvs(set as u8);
+            stream(UV_SETS[set], !primitive.uvs[set].is_empty(), &reads, derived == Some(set as u8))
         });
-        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents);
+        let tangents = stream("tangents", !primitive.tangents.is_empty(), &Variant::reads_tangents, false);
         plan.primitives[index].streams = Streams { vertices, uvs, tangents };
         let blockers = plan.shadow_maps.iter_mut().flat_map(|maps| &mut maps.draws);
         for draw in plan.draws.iter_mut().chain(&mut plan.aov_draws).chain(blockers) {

@@ -174,9 +174,10 @@ pub fn shell_normals(read: Vertices) -> Need {
     }
 }
 
-/// A UV set, or tangents, of a primitive's vertices.
-pub fn stream(has: bool, read: bool) -> Need {
+/// A UV set, or tangents, of a primitive's vertices. `derived`: it is their coordinates in the height map.
+pub fn stream(has: bool, read: bool, derived: bool) -> Need {
     match (read, has) {
+        (true, _) if derived => Need::Idle("it is the coordinates in the height map".into()),
         (true, _) => Need::Yes("a texture, parallax or the surface data read it".into()),
         (false, true) => Need::Idle("nothing that is drawn reads it".into()),
         (false, false) => Need::No("the mesh has none, or has no use for it".into()),

@@ -56,7 +56,7 @@ pub const FLAGS: &[&str] = &[
 
 /// Shows all of them. `surface`: the values of the displaced materials while the pointer moves them.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceArgs, actions: &mut Vec<Action>) {
-    ui.heading(facts.sample[0]).on_hover_text(facts.sample[1]);
+    ui.heading(facts.sample.id()).on_hover_text(facts.sample.summary());
     ui.horizontal_wrapped(|ui| {
         let mut button = |ui: &mut Ui, text: &str, tip: &str, action: Action| {
             if ui.button(text).on_hover_text(tip).clicked() {
@@ -67,7 +67,24 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, tips: &Tips, surface: &mut SurfaceAr
         button(ui, "screenshot", "Saves what is seen as a PNG in the current folder.", Action::Screenshot);
         button(ui, "save view", "Keeps settings and camera in a JSON file in the current folder.", Action::SaveView);
         button(ui, "load view", "Takes settings and camera from the last such file.", Action::LoadView);
+        let (text, tip) = match facts.keeps_frames {
+            false => ("keep frames", "Saves every frame from now on as a PNG in the current folder."),
+            true => ("keep no more", "Saves no more frames."),
+        };
+        button(ui, text, tip, Action::Sequence);
     });
+    let mut chosen = facts.sample.id();
+    if !facts.samples.is_empty() {
+        let list = ComboBox::from_label("sample").selected_text(chosen).show_ui(ui, |ui| {
+            for sample in facts.samples {
+                ui.selectable_value(&mut chosen, sample.id(), sample.id()).on_hover_text(sample.summary());
+            }
+        });
+        list.response.on_hover_text("Shows another sample, as its own settings have it.\nprism run SAMPLE");
+    }
+    if chosen != facts.sample.id() {
+        actions.push(Action::Sample(chosen));
+    }
     let (scenes, current) = facts.scenes;
     if scenes.len() > 1 {
         let mut chosen = current;

@@ -15,7 +15,7 @@ use prism_engine::{
 use winit::{event::WindowEvent, window::Window};
 
 use super::probed::{self, Done};
-use crate::app::{cli::CameraArgs, probe::sketch::Sketch, surface::SurfaceArgs, timings::FrameRow};
+use crate::app::{cli::CameraArgs, probe::sketch::Sketch, sample::Sample, surface::SurfaceArgs, timings::FrameRow};
 use cost::Cost;
 use tips::Tips;
 
@@ -24,8 +24,10 @@ const ROOMY: f64 = 900.0;
 
 /// What the panel shows of the window it is in.
 pub struct Facts<'a> {
-    /// The sample's name and summary.
-    pub sample: [&'a str; 2],
+    /// What is shown.
+    pub sample: &'a dyn Sample,
+    /// What the user may go on to, the sample itself among them.
+    pub samples: &'a [&'a dyn Sample],
     /// Names of its scenes, and which one is shown.
     pub scenes: (&'a [&'a str], usize),
     /// In force.
@@ -54,6 +56,8 @@ pub struct Facts<'a> {
     pub lights_fixed: bool,
     /// Whether a texture says what is occluded.
     pub occluded: bool,
+    /// Whether every frame is kept.
+    pub keeps_frames: bool,
     /// Where the camera is.
     pub camera: CameraArgs,
 }
@@ -61,6 +65,8 @@ pub struct Facts<'a> {
 /// What the user did in the panel.
 #[derive(Debug)]
 pub enum Action {
+    /// Shows the sample of this name.
+    Sample(&'static str),
     /// Draws so.
     Settings(Settings),
     /// Displaces so; scenes are read again.
@@ -79,6 +85,8 @@ pub enum Action {
     Probe(Done),
     /// A picture of what is seen.
     Screenshot,
+    /// Every frame as a picture, or no more.
+    Sequence,
     /// The `prism` call of what is seen, to the clipboard.
     CopyLine,
     /// Settings and camera into a file, and out of it.
@@ -117,8 +125,14 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// For a window that shows pictures of `format`.
-    pub fn new(window: &Window, ctx: &Context, format: vk::Format, in_flight: usize) -> Result<Panel> {
+    /// For a window that shows pictures of `format`; where `open` does not say it, its width does.
+    pub fn new(
+        window: &Window,
+        ctx: &Context,
+        format: vk::Format,
+        in_flight: usize,
+        open: Option<bool>,
+    ) -> Result<Panel> {
         let egui = egui::Context::default();
         egui.set_visuals(egui::Visuals::dark());
         let scale = window.scale_factor();
@@ -131,7 +145,7 @@ impl Panel {
             overlay: Overlay::new(ctx, format, in_flight)?,
             tips: Tips::new(),
             cost: Cost::default(),
-            open: f64::from(window.inner_size().width) >= ROOMY * scale,
+            open: open.unwrap_or(f64::from(window.inner_size().width) >= ROOMY * scale),
             fault: None,
             note: None,
             asks: false,
@@ -158,6 +172,10 @@ impl Panel {
     /// Shows it, or puts it away.
     pub fn toggle(&mut self) {
         self.open = !self.open;
+        // Nothing told it of the pointer meanwhile.
+        self.input.egui_input_mut().events.push(egui::Event::PointerGone);
+        // It forgets the pointer one frame later.
+        self.egui.request_repaint();
     }
 
     /// Shows why the shaders on disk are not those in use, or that they are.

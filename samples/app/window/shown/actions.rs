@@ -1,6 +1,9 @@
 //! What the panel is told, and what is done in it.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    rc::Rc,
+};
 
 use prism_engine::{
     error::Result,
@@ -27,6 +30,7 @@ use crate::app::{
     sample::{Moment, Source},
     spelled,
     surface::{HeightLod, SurfaceArgs},
+    walk,
 };
 
 impl Shown<'_> {
@@ -37,12 +41,14 @@ impl Shown<'_> {
         }
         let moment = self.moment(self.clock.time());
         let memory = self.ctx.memory_report();
-        let (names, current) = self.drawing.names();
+        let (names, current) = self.scenes();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let scene = &self.drawing.loaded().scene;
         let marches: Vec<March> = March::ALL.iter().copied().filter(|&march| plan::allows(scene, march)).collect();
         let displaced = scene.materials.iter().find_map(|material| material.displacement);
         let facts = Facts {
-            sample: [self.job.sample.id(), self.job.sample.summary()],
+            sample: self.job.sample,
+            samples: &self.samples,
             scenes: (&names, current),
             settings: self.drawing.renderer().settings(),
             marches: &marches,
@@ -61,6 +67,7 @@ impl Shown<'_> {
                 .map(|l| light::degrees(l.direction)),
             lights_fixed: moment.lights.is_empty(),
             occluded: scene.materials.iter().any(|material| material.occlusion.is_some()),
+            keeps_frames: self.kept.is_some(),
             camera: spelled::camera_args(&moment.pose),
         };
         self.panel.lay_out(&self.window, &facts)
@@ -69,11 +76,17 @@ impl Shown<'_> {
     /// Does what the user did in the panel.
     pub(super) fn act(&mut self, action: Action, moment: &Moment, subject: &Subject) -> Result<()> {
         match action {
+            // The window is for another sample then.
+            Action::Sample(_) => {}
             Action::Settings(settings) => self.switch(settings),
             Action::Surface(surface) => self.displace(surface)?,
             Action::Scene(index) => {
                 self.frames.wait()?;
-                match self.drawing.walk_to(index as u64).and_then(|()| self.follow()) {
+                let shown = match self.files.get(index).cloned() {
+                    Some(file) => self.show_file(file),
+                    None => self.drawing.walk_to(index as u64).and_then(|()| self.follow()),
+                };
+                match shown {
                     Ok(()) => self.reset_camera(),
                     Err(error) => self.panel.tell(error),
                 }
@@ -98,19 +111,16 @@ impl Shown<'_> {
             }
             Action::Compare(on) => self.compare(on)?,
             Action::Swap => {
-                let first = self.drawing.renderer().settings().clone();
-                if let Some(split) = &mut self.split {
-                    let second = split.settings().clone();
-                    if let Err(error) = split.set_settings(&first) {
-                        self.panel.tell(error);
-                    }
-                    self.switch(second);
+                self.frames.wait()?;
+                if let Err(error) = self.swap() {
+                    self.panel.tell(error);
                 }
             }
             Action::Screenshot => {
                 let told = self.save_screenshot(moment, subject)?;
                 self.panel.tell(told);
             }
+            Action::Sequence => self.keep_frames(),
             Action::CopyLine => {
                 let line = spelled::line(&self.line());
                 self.panel.tell(format_args!("copied: {line}"));
@@ -139,16 +149,24 @@ impl Shown<'_> {
         Ok(())
     }
 
-    /// Displaces the materials otherwise: their scenes are read again.
+    /// Exchanges the settings, materials and lights of the two pictures. All frames so far have run.
+    fn swap(&mut self) -> Result<()> {
+        let Some(split) = &mut self.split else { return Ok(()) };
+        let (first, second) = (self.drawing.renderer().settings().clone(), split.settings().clone());
+        split.set_settings(&first)?;
+        let (left, right) = (self.surface.clone(), split.surface().clone());
+        if left != right {
+            split.replace(load::again(&self.job, &left)?, left)?;
+            self.displace(right)?;
+        }
+        self.switch(second);
+        Ok(())
+    }
+
+    /// Displaces the materials otherwise: their scenes are read again. Those of a comparison keep what they have.
     fn displace(&mut self, surface: SurfaceArgs) -> Result<()> {
         self.frames.wait()?;
-        let replaced = load::again(self.job, &surface).and_then(|scenes| {
-            if let Some(split) = &mut self.split {
-                split.drawing().replace(scenes.clone())?;
-            }
-            self.drawing.replace(scenes)
-        });
-        match replaced {
+        match load::again(&self.job, &surface).and_then(|scenes| self.drawing.replace(scenes)) {
             Ok(()) => {
                 let pixel_lod = surface.height_lod == Some(HeightLod::Auto);
                 let settings = self.drawing.renderer().settings().clone();
@@ -159,6 +177,29 @@ impl Shown<'_> {
             Err(error) => self.panel.tell(error),
         }
         Ok(())
+    }
+
+    /// Shows another file, drawn as this one is.
+    fn show_file(&mut self, file: PathBuf) -> Result<()> {
+        let job = self.job.of_file(file);
+        self.drawing.replace(load::again(&job, &self.surface)?)?;
+        if let Some(split) = &mut self.split {
+            let surface = split.surface().clone();
+            split.replace(load::again(&job, &surface)?, surface)?;
+        }
+        self.job = Rc::new(job);
+        Ok(())
+    }
+
+    /// What may be shown is called, and which one is.
+    fn scenes(&self) -> (Vec<String>, usize) {
+        if self.files.is_empty() {
+            let (names, current) = self.drawing.names();
+            return (names.into_iter().map(str::to_owned).collect(), current);
+        }
+        let shown = self.job.walk.files(1).next();
+        let current = self.files.iter().position(|file| Some(file.as_path()) == shown);
+        (self.files.iter().map(|file| walk::name(file)).collect(), current.unwrap_or(0))
     }
 
     /// The flags of what is on screen: settings, materials, camera.

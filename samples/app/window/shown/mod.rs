@@ -6,6 +6,8 @@ mod title;
 mod wishes;
 
 use std::{
+    path::PathBuf,
+    rc::Rc,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -28,18 +30,21 @@ use super::{
     clock::{Clock, Pace},
     gallery::Gallery,
     orbit::Orbit,
-    panel::Panel,
+    panel::{Action, Panel},
     probed::Probed,
     reload::Reload,
+    sight::Sight,
     split::Split,
 };
 use crate::app::{
+    animation::Animation,
     console,
     drawing::{self, Drawing},
     job::Job,
     load::Loaded,
-    sample::{Moment, Pose},
+    sample::{Moment, Pose, Sample, Source},
     surface::SurfaceArgs,
+    walk,
 };
 use pictures::exhibit;
 
@@ -57,13 +62,19 @@ pub enum After {
     At(Instant),
     /// Draws.
     Redraw,
+    /// Shows the sample of this name.
+    Sample(&'static str),
     /// Ends.
     Quit,
 }
 
 /// An open window. Fields drop in this order: the window after everything that draws to it.
 pub struct Shown<'a> {
-    job: &'a Job<'a>,
+    job: Rc<Job<'a>>,
+    /// What the user may go on to: none from a run that is measured.
+    samples: Vec<&'a dyn Sample>,
+    /// The files that the sample may be shown with, beside its own.
+    files: Vec<PathBuf>,
     drawing: Drawing<'a>,
     gallery: Option<Gallery>,
     /// The second settings of a comparison.
@@ -91,33 +102,38 @@ pub struct Shown<'a> {
     figures: Option<String>,
     /// In pixels; 0 while minimised.
     size: [u32; 2],
+    /// As winit tells.
     hidden: bool,
+    sight: Sight,
     screenshot: bool,
+    /// Frames that are kept, each as a picture.
+    kept: Option<Animation>,
     window: Arc<Window>,
 }
 
 impl<'a> Shown<'a> {
-    /// Opens the window and puts the scene on a device that can present to it.
-    pub fn open(events: &ActiveEventLoop, job: &'a Job<'a>, scenes: Vec<Loaded>) -> Result<Shown<'a>> {
-        let size = job.common.session.size;
-        let attributes = WindowAttributes::default()
-            .with_title(job.sample.id())
-            .with_inner_size(PhysicalSize::new(size.width, size.height));
-        let window = events.create_window(attributes).map_err(|e| no_window(&e))?;
-        let features = drawing::features(job, &scenes, true);
+    /// Puts the scene on a device that can present to the window. `samples`: all that there are; `panel`: whether it is
+    /// open, where that is not for the window's width to say.
+    pub fn open(
+        window: Arc<Window>,
+        job: Rc<Job<'a>>,
+        samples: &[&'a dyn Sample],
+        panel: Option<bool>,
+        scenes: Vec<Loaded>,
+    ) -> Result<Shown<'a>> {
+        let features = drawing::features(&job, &scenes, true);
         let display = window.display_handle().map_err(|e| no_window(&e))?.as_raw();
         let handle = window.window_handle().map_err(|e| no_window(&e))?.as_raw();
-        let desc = ContextDesc { surface: Some((display, handle)), ..drawing::context_desc(job, &features) };
+        let desc = ContextDesc { surface: Some((display, handle)), ..drawing::context_desc(&job, &features) };
         let ctx = Context::new(&desc)?;
 
         // The window system may have given another size than was asked for.
         let size = window.inner_size().into();
         let swapchain = Swapchain::new(&ctx, size, true)?;
-        let output = Output { color_format: swapchain.format(), aov: exhibit(job, &job.settings).is_some() };
-        let mut drawing = Drawing::new(job, scenes, &ctx, output, IN_FLIGHT)?;
-        let panel = Panel::new(&window, &ctx, swapchain.format(), IN_FLIGHT)?;
+        let output = Output { color_format: swapchain.format(), aov: exhibit(&job, &job.settings).is_some() };
+        let mut drawing = Drawing::new(job.clone(), scenes, &ctx, output, IN_FLIGHT)?;
+        let panel = Panel::new(&window, &ctx, swapchain.format(), IN_FLIGHT, panel)?;
         drawing.measure(panel.is_open())?;
-        let window = Arc::new(window);
         let dir = job.common.session.shader_dir.as_deref();
         let reload = dir.map(|dir| Reload::new(dir, window.clone())).transpose()?;
         let mut clock = Clock::new(job.time_step);
@@ -125,15 +141,24 @@ impl<'a> Shown<'a> {
             // It shows one moment.
             clock.toggle_pause();
         }
+        let mut samples = samples.to_vec();
+        samples.retain(|sample| sample.embedding().is_none());
+        if job.frames.is_some() || job.common.session.stats || job.common.session.csv.is_some() {
+            samples.clear();
+        }
+        let chosen = matches!(job.sample.scene(), Source::Chosen { .. });
+        let files = job.walk.files(1).next().filter(|_| chosen).map_or_else(Vec::new, walk::neighbours);
         let shown = Shown {
-            job,
+            samples,
+            files,
             drawing,
-            gallery: exhibit(job, &job.settings).map(Gallery::new),
+            gallery: exhibit(&job, &job.settings).map(Gallery::new),
             split: None,
             probed: Probed::default(),
             panel,
             reload,
             surface: job.common.surface.clone(),
+            job,
             swapchain,
             frames: Frames::new(&ctx, IN_FLIGHT)?,
             ctx,
@@ -146,7 +171,9 @@ impl<'a> Shown<'a> {
             figures: None,
             size,
             hidden: false,
+            sight: Sight::new(&window),
             screenshot: false,
+            kept: None,
             window,
         };
         shown.set_title();
@@ -156,6 +183,21 @@ impl<'a> Shown<'a> {
     /// The validation layer's messages, which outlive the window.
     pub fn validation_log(&self) -> ValidationLog {
         self.ctx.validation_log()
+    }
+
+    /// What it is shown in.
+    pub fn window(&self) -> Arc<Window> {
+        self.window.clone()
+    }
+
+    /// Of the window, in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Whether the panel is open.
+    pub fn has_panel(&self) -> bool {
+        self.panel.is_open()
     }
 
     /// Pixels per logical pixel.
@@ -190,7 +232,7 @@ impl<'a> Shown<'a> {
 
     /// Draws a frame and shows it.
     pub fn draw(&mut self) -> Result<After> {
-        if self.hidden || self.size.contains(&0) {
+        if self.hidden || self.sight.is_gone() || self.size.contains(&0) {
             // The window system tells when there is something to draw to again.
             self.clock.skip();
             self.pace.reset();
@@ -244,6 +286,7 @@ impl<'a> Shown<'a> {
         if std::mem::take(&mut self.screenshot) {
             self.save_screenshot(&moment, &subject)?;
         }
+        self.keep(&moment, &subject)?;
         if let Some(figures) = news {
             console::data(&format!("{figures}\n"))?;
         }
@@ -265,6 +308,9 @@ impl<'a> Shown<'a> {
         if let Some(laid) = laid {
             let acted = !laid.actions.is_empty();
             for action in laid.actions {
+                if let Action::Sample(id) = action {
+                    return Ok(After::Sample(id));
+                }
                 self.act(action, &moment, &subject)?;
             }
             if acted || laid.repaint_after.is_zero() || unmeasured && !exhibited {
@@ -306,6 +352,9 @@ impl<'a> Shown<'a> {
 
     /// Waits for the frames under way, tells what was measured and closes the window.
     pub fn finish(mut self) -> Result<()> {
+        if let Some(kept) = self.kept.take() {
+            kept.finish()?;
+        }
         self.frames.wait()?;
         self.drawing.finish()
     }
@@ -329,6 +378,21 @@ impl<'a> Shown<'a> {
     fn measures(&self) -> bool {
         self.panel.is_open() || self.split.is_some()
     }
+}
+
+/// A window for the job.
+pub fn window(events: &ActiveEventLoop, job: &Job<'_>) -> Result<Arc<Window>> {
+    let [width, height] = job.size();
+    let attributes =
+        WindowAttributes::default().with_title(job.sample.id()).with_inner_size(PhysicalSize::new(width, height));
+    events.create_window(named(attributes)).map(Arc::new).map_err(|e| no_window(&e))
+}
+
+/// With the name by which a desktop knows the program's windows: their class on X11, their application on Wayland.
+fn named(attributes: WindowAttributes) -> WindowAttributes {
+    #[cfg(all(unix, not(target_os = "macos")))]
+    let attributes = winit::platform::x11::WindowAttributesExtX11::with_name(attributes, "prism", "prism");
+    attributes
 }
 
 /// What the window system refused. Of winit's message only the cause is kept: before it stands a place in winit.

@@ -13,6 +13,7 @@ use prism_engine::{
 
 use super::{super::gallery::Subject, Shown};
 use crate::app::{
+    animation::{self, Animation, Kind},
     console,
     drawing::Drawing,
     error_map::ErrorMap,
@@ -26,7 +27,7 @@ use crate::app::{
 impl Shown<'_> {
     /// What a frame is made into before it is shown.
     pub(super) fn exhibited(&self) -> Option<&'static dyn Exhibit> {
-        exhibit(self.job, self.drawing.renderer().settings())
+        exhibit(&self.job, self.drawing.renderer().settings())
     }
 
     /// What an exhibit of this frame would show.
@@ -77,8 +78,8 @@ impl Shown<'_> {
         offscreen(&self.ctx, &mut self.frames, &mut self.drawing, self.swapchain.format(), moment, size)
     }
 
-    /// Draws the frame once more, to an image that can be read back: a window's images often cannot.
-    pub(super) fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<String> {
+    /// What is seen. The frame is drawn once more, to an image that can be read back: a window's images often cannot.
+    fn seen(&mut self, moment: &Moment, subject: &Subject) -> Result<Picture> {
         let exhibit = self.gallery.as_ref().and_then(|gallery| gallery.shown(subject));
         let mut picture = match exhibit {
             Some((picture, _)) => picture.clone(),
@@ -89,6 +90,43 @@ impl Shown<'_> {
                 offscreen(&self.ctx, &mut self.frames, split.drawing(), self.swapchain.format(), moment, picture.size)?;
             picture.paste_right(&second, split.column(picture.size[0]));
         }
+        Ok(picture)
+    }
+
+    /// Begins to keep every frame as a picture, or ends it.
+    pub(super) fn keep_frames(&mut self) {
+        if let Some(kept) = self.kept.take() {
+            if let Err(error) = kept.finish() {
+                self.tell(error);
+            }
+        } else {
+            let id = self.job.sample.id();
+            let mut names = (1u64..).map(|number| PathBuf::from(format!("{id}-frames-{number}.png")));
+            let path = names.find(|path| !animation::numbered(path, 0).exists());
+            self.kept = path.map(|path| Animation::new(&path, Kind::Sequence));
+        }
+        self.clock.keep_to(self.kept.as_ref().map(|_| animation::STEP));
+        self.set_title();
+    }
+
+    /// Keeps this frame, if frames are kept.
+    pub(super) fn keep(&mut self, moment: &Moment, subject: &Subject) -> Result<()> {
+        if self.kept.is_some() {
+            let picture = self.seen(moment, subject)?;
+            // A folder that cannot be written to is no reason to close the window.
+            if let Some(Err(error)) = self.kept.as_mut().map(|kept| kept.add(picture)) {
+                self.tell(error);
+                self.kept = None;
+                self.clock.keep_to(None);
+                self.set_title();
+            }
+        }
+        Ok(())
+    }
+
+    /// Saves what is seen.
+    pub(super) fn save_screenshot(&mut self, moment: &Moment, subject: &Subject) -> Result<String> {
+        let picture = self.seen(moment, subject)?;
         let path = free_name(self.job.sample.id(), "png");
         // A folder that cannot be written to is no reason to close the window.
         let told = match png::write(&path, &picture) {

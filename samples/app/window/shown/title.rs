@@ -30,6 +30,9 @@ impl Shown<'_> {
         if let Some(figures) = &self.figures {
             title += &format!(" · {figures}");
         }
+        if self.kept.is_some() {
+            title += " · keeps frames";
+        }
         if self.clock.paused() {
             title += " · paused";
         }

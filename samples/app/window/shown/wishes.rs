@@ -53,6 +53,7 @@ impl Shown<'_> {
             Wish::Back => self.walk_on(true)?,
             Wish::ResetCamera => self.reset_camera(),
             Wish::Screenshot => self.screenshot = true,
+            Wish::Sequence => self.keep_frames(),
             Wish::Capture => self.tell(capture::next_frame()),
             Wish::Turn(pixels) => self.orbit.turn(&self.pose(), pixels, self.height()),
             Wish::Shift(pixels) => self.orbit.shift(&self.pose(), pixels, self.height()),
@@ -125,7 +126,7 @@ impl Shown<'_> {
         }
         self.drawing.set_settings(settings)?;
         self.frames.wait()?;
-        self.drawing.keep_aov(exhibit(self.job, settings).is_some())
+        self.drawing.keep_aov(exhibit(&self.job, settings).is_some())
     }
 
     /// Probes a pixel of the window, seen as it is now. What has been probed before goes.
@@ -144,7 +145,7 @@ impl Shown<'_> {
     }
 
     /// Tells the user, in the panel and where the program was started.
-    pub(super) fn tell(&mut self, text: impl std::fmt::Display) {
+    pub fn tell(&mut self, text: impl std::fmt::Display) {
         self.panel.tell(&text);
         console::notice(text);
     }
@@ -152,7 +153,7 @@ impl Shown<'_> {
     /// Shows a second picture beside the first, or no more.
     pub(super) fn compare(&mut self, on: bool) -> Result<()> {
         self.frames.wait()?;
-        let split = on.then(|| Split::new(&self.drawing)).transpose();
+        let split = on.then(|| Split::new(&self.drawing, self.surface.clone())).transpose();
         match split {
             Ok(split) => self.split = split,
             Err(error) => self.panel.tell(error),
