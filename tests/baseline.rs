@@ -2,12 +2,14 @@
 
 mod rig;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use prism_engine::{
+    aov::Aov,
     gpu::Feature,
     measure::Metrics,
-    scene::{Camera, HeightSource, HeightTexels, Procedure, Scene},
-    settings::{Baseline, Culling, Dicer, Settings},
+    render::plan,
+    scene::{Camera, HeightSource, HeightTexels, Procedure, Projection, Scene},
+    settings::{Baseline, Culling, Dicer, Settings, Stage, VisibilityBuffer},
     shell::reference::{Reference, Shadows},
 };
 use rig::{
@@ -112,6 +114,82 @@ fn culling_leaves_out_nothing_that_is_seen() {
             }
         }
     }
+}
+
+/// Each way to cull, from outside and where the near plane cuts triangles, behind plain balls, turned around by a mirror, both
+/// sides and an orthographic lens.
+#[test]
+fn a_visibility_buffer_shows_the_same_micro_mesh() {
+    let rig = device();
+    let torus = rig::asset("torus.gltf");
+    let mut mirrored = torus.clone();
+    mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let mut double_sided = torus.clone();
+    double_sided.materials.iter_mut().for_each(|material| material.double_sided = true);
+    let own = |scene: &Scene| scene.camera.expect("a camera");
+    let seen = |eye: [f64; 3], target: [f64; 3]| {
+        own(&torus).overridden(Some(eye.into()), Some(target.into()), None).expect("a camera")
+    };
+    let flat = Camera { projection: Projection::Orthographic { y_mag: 1.0, near: 0.1, far: 10.0 }, ..own(&torus) };
+    let balls = rig::asset("prism_shell.gltf");
+    for (what, scene, camera, density, culling) in [
+        ("not culled", &torus, own(&torus), 12, Culling::Off),
+        ("coarse", &torus, own(&torus), 2, Culling::Triangles),
+        ("fine", &torus, own(&torus), 24, Culling::Triangles),
+        ("mirrored", &mirrored, own(&torus), 12, Culling::Clusters),
+        ("in the tube", &double_sided, seen([1.0, 0.0, 0.0], [0.8, 0.0, 0.6]), 12, Culling::Clusters),
+        ("orthographic", &torus, flat, 12, Culling::Triangles),
+        ("behind balls", &balls, own(&balls), 8, Culling::Clusters),
+    ] {
+        let [named, direct] = [VisibilityBuffer::On, VisibilityBuffer::Off].map(|visibility_buffer| {
+            let settings = Settings { visibility_buffer, ..micro_mesh(density, culling) };
+            let mut easel = rig.easel(scene, &settings, SIZE);
+            (easel.draw(&camera), easel.passes(&camera), easel.picture(&camera))
+        });
+        let passes = |passes: &[String]| passes.iter().any(|name| name == "visibility");
+        assert_eq!([passes(&named.1), passes(&direct.1)], [true, false], "{what}: {:?}", named.1);
+        let covered = |aov: &Aov| aov.depth.iter().map(|z| z.is_finite()).collect::<Vec<_>>();
+        assert!(covered(&direct.0).iter().filter(|covered| **covered).count() > 1000, "{what}: nothing is seen");
+        assert!(covered(&named.0) == covered(&direct.0), "{what}: other pixels are covered");
+        // The raster extrapolates where its grid lets a triangle cover a pixel beside it: of triangles seen edge-on, few, far.
+        let off = |i: &usize| {
+            let [a, b] = [&named.0, &direct.0].map(|aov| (aov.depth[*i], Vec3::from(aov.normal[*i]), aov.uv[*i]));
+            let uv = Vec2::from(a.2).distance(b.2.into());
+            (a.0 / b.0 - 1.0).abs() > 1e-5 || a.1.dot(b.1) < 0.9999 || uv > 1e-4
+        };
+        let pixels: Vec<_> = (0..direct.0.depth.len()).filter(|i| direct.0.depth[*i].is_finite()).collect();
+        let wrong = pixels.iter().copied().filter(|i| off(i)).count();
+        let codes = named.2.iter().zip(&direct.2).map(|(a, b)| a.abs_diff(*b));
+        let (most, unlike) = (codes.clone().max(), codes.filter(|code| *code > 2).count());
+        println!(
+            "{what}: {wrong} of {} pixels off, {unlike} values by more than 2 codes, {most:?} at most",
+            pixels.len()
+        );
+        assert!(200 * wrong <= pixels.len() && 1000 * unlike <= pixels.len(), "{what}: {wrong}, {unlike}");
+    }
+}
+
+#[test]
+fn a_visibility_buffer_is_where_a_micro_mesh_gains_by_it() {
+    let named = |scene: &Scene, settings: &Settings| {
+        let plan = plan::plan(scene, settings, Stage::Mesh, false);
+        plan.draws.iter().filter(|draw| draw.visibility.is_some()).count()
+    };
+    let torus = rig::asset("torus.gltf");
+    let dense = micro_mesh(16, Culling::Triangles);
+    let off = Settings { visibility_buffer: VisibilityBuffer::Off, ..dense.clone() };
+    let on = Settings { visibility_buffer: VisibilityBuffer::On, ..micro_mesh(1, Culling::Off) };
+    assert_eq!([&dense, &micro_mesh(1, Culling::Off), &off, &on].map(|settings| named(&torus, settings)), [1, 0, 0, 1]);
+    // What alpha cuts out of a triangle shows what is behind.
+    let mut masked = torus.clone();
+    masked.materials.iter_mut().for_each(|material| material.alpha_cutoff = Some(0.5));
+    masked.materials.iter_mut().for_each(|material| material.base_color_factor.w = 0.4);
+    assert_eq!(named(&masked, &dense), 0);
+    let error = plan::check(&masked, &on).expect_err("refused").to_string();
+    assert!(error.contains("alpha"), "{error}");
+    let error =
+        plan::check(&torus, &Settings { visibility_buffer: VisibilityBuffer::On, ..diced(Dicer::Mesh, 2.0, true) });
+    assert!(error.expect_err("refused").to_string().contains("--visibility-buffer on"));
 }
 
 #[test]

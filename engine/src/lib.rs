@@ -37,7 +37,8 @@
 //!    shells' fragments behind them; then `shell`; and the lines of a view, if it has any. Of several samples a pixel the
 //!    picture is resolved last. Where triangles are small, `visibility` before `shell` names each pixel's nearest lid
 //!    (`render/nearest_lid.glsl`), `shell` is one triangle over the picture that walks from those, and `shell rest` draws
-//!    what is left by its lids.
+//!    what is left by its lids. A micro-mesh in a shell's place has its triangles named by `visibility`, and shaded in the
+//!    pass `micro-mesh` (`baseline/nearest_triangle.glsl`).
 //!
 //! ## Each shell, on the GPU
 //!

@@ -192,15 +192,16 @@ pub enum PrismCulling {
 
 /// Whether the walks of a shell begin at the lids that a visibility buffer names: each pixel's nearest one, drawn before.
 /// Then all pixels of a quad trace, whatever the size of the triangles, and none that another lid covers. The picture is
-/// the same to the bit.
+/// the same to the bit. And whether the small triangles of a [`Baseline::MicroMesh`] are shaded so: each pixel's nearest one,
+/// the picture the same but for rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum VisibilityBuffer {
-    /// Of shells with so many prisms that it pays: see `render::plan`.
+    /// Of shells with so many prisms, and meshes of so many triangles, that it pays: see `render::plan`.
     #[default]
     Auto,
-    /// Never: each lid's fragments trace as they are rasterised.
+    /// Never: each triangle's fragments trace or shade as they are rasterised.
     Off,
-    /// Of all walked shells that a pixel sees one sample of.
+    /// Of all walked shells that a pixel sees one sample of, or of all micro-meshes.
     On,
 }
 

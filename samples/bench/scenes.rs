@@ -75,18 +75,25 @@ pub fn resampled(scene: &Scene, side: u32) -> Scene {
 
 /// Bilinear, at 16 bits; beyond its edge a map repeats.
 fn resample(map: &HeightMap, side: u32) -> HeightMap {
-    let size = DVec2::new(f64::from(map.width), f64::from(map.height));
-    let texel = |x: f64, y: f64| {
-        let wrapped = |i: f64, n: u32| i.rem_euclid(f64::from(n)) as u32;
-        map.height(wrapped(x, map.width), wrapped(y, map.height))
+    // The two texels of each place along an axis of n, and the second one's share.
+    let places = |n: u32| -> Vec<([u32; 2], f64)> {
+        let place = |i: u32| {
+            let at = (f64::from(i) + 0.5) / f64::from(side) * f64::from(n) - 0.5;
+            let wrapped = |i: f64| i.rem_euclid(f64::from(n)) as u32;
+            ([wrapped(at.floor()), wrapped(at.floor() + 1.0)], at - at.floor())
+        };
+        (0..side).map(place).collect()
     };
-    let texels = (0..u64::from(side) * u64::from(side)).map(|i| {
-        let (x, y) = (i % u64::from(side), i / u64::from(side));
-        let at = (DVec2::new(x as f64, y as f64) + 0.5) / f64::from(side) * size - 0.5;
-        let (low, f) = (at.floor(), at - at.floor());
-        let row = |y: f64| texel(low.x, y) * (1.0 - f.x) + texel(low.x + 1.0, y) * f.x;
-        let height = row(low.y) * (1.0 - f.y) + row(low.y + 1.0) * f.y;
-        (height * f64::from(u16::MAX)).round() as u16
+    let columns = places(map.width);
+    let texels = places(map.height).into_iter().flat_map(|(rows, share)| {
+        // The map's own texels between its rows first: there are fewer of them.
+        let between = |x: u32| map.height(x, rows[0]) * (1.0 - share) + map.height(x, rows[1]) * share;
+        let row: Vec<f64> = (0..map.width).map(between).collect();
+        let texel = |([a, b], share): &([u32; 2], f64)| {
+            let height = row[*a as usize] * (1.0 - share) + row[*b as usize] * share;
+            (height * f64::from(u16::MAX)).round() as u16
+        };
+        columns.iter().map(texel).collect::<Vec<_>>()
     });
     HeightMap {
         name: format!("{} {side}", map.name),

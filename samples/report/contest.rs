@@ -14,7 +14,7 @@ use super::{
     measure::{self, Pace, Point},
     scenes,
     table::short,
-    variants::{self, Family, Rival, Variant},
+    variants::{self, Rival, Variant},
 };
 use crate::{
     bench::{
@@ -116,8 +116,8 @@ pub fn run(name: &str, points: &[&Point], device: &mut Device, pace: Pace, tick:
 
 /// The fastest of ours within an error.
 fn fastest<'a>(points: &[&'a Point], error: f64) -> Vec<&'a Point> {
-    let ours = |point: &&&Point| matches!(point.variant.family, Family::Walk | Family::Prism);
-    let mut able: Vec<&Point> = points.iter().filter(ours).filter(|p| p.metrics.depth_p99 <= error).copied().collect();
+    let ours = points.iter().filter(|point| point.variant.is_ours());
+    let mut able: Vec<&Point> = ours.filter(|p| p.metrics.depth_p99 <= error).copied().collect();
     able.sort_by(|a, b| a.place()[0].total_cmp(&b.place()[0]));
     able.truncate(ENTRANTS);
     able
@@ -178,12 +178,14 @@ fn contest(
     }
     let (best, rival) = (entrants.first(), rivals.first());
     let our_name = best.map_or("none of ours is within it".to_owned(), |ours| ours.told(&turns));
-    let rival_name = rival.map_or("no baseline is within it".to_owned(), |rival| rival.told(&turns));
     // The fastest of each kind.
     let first = |kind: &Rival| rivals.iter().find(|rival| rival.variant.rival() == Some(*kind));
     let next: Vec<&Entrant> =
         Rival::ALL.iter().filter_map(first).filter(|r| Some(r.place) != rival.map(|r| r.place)).collect();
-    let mut who = format!("{our_name} against {rival_name}");
+    let mut who = match rival {
+        Some(rival) => format!("{our_name} against {}", rival.told(&turns)),
+        None => format!("{our_name}; no baseline is within it"),
+    };
     for other in &next {
         who += &format!("; {}", other.told(&turns));
     }
@@ -202,7 +204,8 @@ fn contest(
         &who,
         format!("≥ {least}"),
         speed,
-        at_least(speed, least),
+        // Whoever is within it alone has won.
+        at_least(speed, least).or_else(|| best.is_some_and(|_| rival.is_none()).then_some(true)),
     )];
     for other in rival.into_iter().chain(next) {
         let kind = other.variant.rival().map_or("", Rival::name);

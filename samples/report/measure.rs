@@ -23,6 +23,7 @@ use super::{
     contest, flip,
     parts::{self, Part, Stand},
     scenes,
+    table::short,
     variants::Variant,
 };
 use crate::{
@@ -307,13 +308,14 @@ fn reference(stand: &Stand, truth: &Truth) -> Shown {
 }
 
 fn shown(variant: &Variant, truth: &Truth, drawn: &Drawn, m: &Metrics, seen: Option<&flip::Difference>) -> Shown {
-    let mut figures = format!("depth p99 {:.1e} footprints, outline {:.2} %", m.depth_p99, 100.0 * m.coverage_differs);
+    let (depth, outline) = (short(m.depth_p99), short(100.0 * m.coverage_differs));
+    let mut figures = format!("depth p99 {depth} footprints, outline {outline} %");
     let mut pictures = vec![
         ("frame", drawn.picture.clone()),
         ("depth error", heat::map(&drawn.surface, &truth.surface, &truth.view.camera)),
     ];
     if let Some(seen) = seen {
-        figures += &format!(", FLIP {:.4}", seen.mean);
+        figures += &format!(", FLIP {}", short(seen.mean));
         pictures.push(("FLIP", seen.map.clone()));
     }
     Shown { name: variant.name(), figures, pictures }

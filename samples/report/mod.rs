@@ -33,6 +33,8 @@ use crate::{
 
 /// The word for what is held at equal error; it has no stands of its own.
 const CONTEST: &str = "contest";
+/// The part that contests begin with.
+const FRONT: &str = "front";
 /// Scenes of the contests: all but the plane, whose view is told by its sweep.
 const CONTEST_SCENES: &[&str] = &["torus", "suzanne", "needles", "terrain", "cliffs"];
 /// Frames of a round of a scene's contests, about: two errors, three of ours, the floor and five baselines each.
@@ -104,8 +106,10 @@ fn chosen(args: &ReportArgs) -> Result<Vec<Part>> {
         // Now, not after minutes of work.
         scenes::load(scene, 1.0)?;
     }
-    let mut parts = Extent { quick: args.quick, size: args.pixels() }.parts(&scenes);
-    parts.retain(|part| wants(args, part.id));
+    // Contests are between the points of a front and baselines of their own.
+    let fronts = wants(args, CONTEST) && !wants(args, FRONT);
+    let mut parts = Extent { quick: args.quick, size: args.pixels(), ours: fronts }.parts(&scenes);
+    parts.retain(|part| wants(args, part.id) || (fronts && in_contest(args, part)));
     let asked = |technique: &str| {
         args.techniques.is_empty() || args.techniques.iter().any(|begin| technique.starts_with(begin.as_str()))
     };
@@ -167,7 +171,7 @@ fn contest_frames(args: &ReportArgs) -> u64 {
 
 /// Whether a part is the front of a scene that has its contests.
 fn in_contest(args: &ReportArgs, part: &Part) -> bool {
-    part.id == "front" && wants(args, CONTEST) && CONTEST_SCENES.contains(&part.stands[0].scene.as_str())
+    part.id == FRONT && wants(args, CONTEST) && CONTEST_SCENES.contains(&part.stands[0].scene.as_str())
 }
 
 /// A bar on stderr with what is left, where that is a terminal.
@@ -178,11 +182,11 @@ fn progress(frames: u64) -> ProgressBar {
 
 /// Scenes that have a front.
 fn fronts(all: &[(Part, Measured)]) -> Vec<String> {
-    all.iter().filter(|(part, _)| part.id == "front").map(|(part, _)| part.stands[0].scene.clone()).collect()
+    all.iter().filter(|(part, _)| part.id == FRONT).map(|(part, _)| part.stands[0].scene.clone()).collect()
 }
 
 fn of_front<'a>(all: &'a [(Part, Measured)], scene: &str) -> Vec<&'a Point> {
-    let front = all.iter().filter(|(part, _)| part.id == "front").flat_map(|(_, measured)| &measured.points);
+    let front = all.iter().filter(|(part, _)| part.id == FRONT).flat_map(|(_, measured)| &measured.points);
     front.filter(|point| point.scene == scene).collect()
 }
 

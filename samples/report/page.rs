@@ -12,7 +12,6 @@ use super::{
     parts::{self, Part},
     plot,
     table::{FOR_PEOPLE, short},
-    variants::Family,
 };
 use crate::{
     app::{cli::ReportArgs, picture::Picture, png},
@@ -102,7 +101,7 @@ impl Section {
             let error = |point: &Point| point.metrics.depth_p99.max(plot::LEAST_ERROR);
             let label = "depth error, 99th percentile (footprints)";
             plots.push((format!("{}-error", part.id), plot::sweep(&points, varies, label, error, false)?));
-            findings = slopes(&points, varies);
+            findings = growth(&points, varies);
             let fastest = within_one_error(&points);
             if !fastest.is_empty() {
                 let fastest: Vec<&Point> = fastest.iter().collect();
@@ -117,6 +116,7 @@ impl Section {
                 if part.id == "front" { format!("front-{}", word(&part.stands[0].scene)) } else { part.id.to_owned() };
             let flip = format!("{file}-flip");
             plots.push((file, plot::front(&points, plot::Judged::Depth)?));
+            findings.extend(on_front(&points));
             if points.iter().any(|point| point.flip.is_some()) {
                 plots.push((flip, plot::front(&points, plot::Judged::Flip)?));
             }
@@ -136,14 +136,26 @@ impl Section {
     }
 }
 
+/// One sentence on what lies on the front of a part without a sweep, from fast to exact; none where that is all.
+fn on_front(points: &[&Point]) -> Option<String> {
+    let front = fit::pareto(&points.iter().map(|point| point.place()).collect::<Vec<_>>());
+    let told = |i: &usize| {
+        let [ms, error] = points[*i].place();
+        format!("{} ({} ms, {})", points[*i].variant.name(), short(ms), short(error))
+    };
+    let told: Vec<String> = front.iter().map(told).collect();
+    (told.len() < points.len()).then(|| format!("On the front, with time and p99: {}.", told.join("; ")))
+}
+
 /// A scene's name without what a file name cannot have.
 fn word(scene: &str) -> String {
     let stem = std::path::Path::new(scene).file_stem().map_or(scene.into(), |stem| stem.to_string_lossy());
     stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// One sentence a technique on how its time grows.
-fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
+/// One sentence a technique on how its time grows: as a power of what is varied, or where that begins at nothing, from
+/// its first value to its last.
+fn growth(points: &[&Point], varies: &str) -> Vec<String> {
     let mut names: Vec<&str> = Vec::new();
     for point in points {
         let name = point.variant.technique.as_str();
@@ -156,7 +168,18 @@ fn slopes(points: &[&Point], varies: &str) -> Vec<String> {
         own.filter_map(|point| Some([point.x?, y(point)])).collect()
     };
     let ms = |point: &Point| point.place()[0];
+    let logarithmic = points.iter().filter_map(|point| point.x).all(|x| x > 0.0);
     let grown = |name: &&str| {
+        let of = |y: fn(&Point) -> f64| {
+            let curve = curve(name, y);
+            Some((curve.first().map(|[_, y]| short(*y))?, curve.last().map(|[_, y]| short(*y))?))
+        };
+        if !logarithmic {
+            let ((from_ms, to_ms), (from, to)) = (of(ms)?, of(|p| p.metrics.depth_p99)?);
+            return Some(format!(
+                "{name}: time goes from {from_ms} to {to_ms} ms over this range of {varies}, the error from {from} to {to}."
+            ));
+        }
         let (time, error) = (fit::slope(&curve(name, ms))?, fit::slope(&curve(name, |p| p.metrics.depth_p99)));
         let error = error.map_or(String::new(), |k| format!(", the error with {k:.2}"));
         Some(format!("{name}: time grows with the power {time:.2} of {varies}{error}."))
@@ -172,9 +195,7 @@ fn within_one_error(points: &[&Point]) -> Vec<Point> {
     let matched: Vec<&Point> = points.iter().filter(|point| point.variant.is_matched()).copied().collect();
     let mut places: Vec<f64> = matched.iter().filter_map(|point| point.x).collect();
     places.dedup();
-    let able = |point: &&&Point| {
-        matches!(point.variant.family, Family::Walk | Family::Prism) && point.metrics.depth_p99 <= parts::MATCHED
-    };
+    let able = |point: &&&Point| point.variant.is_ours() && point.metrics.depth_p99 <= parts::MATCHED;
     let fastest = |x: &f64| {
         let here = points.iter().filter(able).filter(|point| point.x == Some(*x));
         let mut best: Point = (*here.min_by(|a, b| a.place()[0].total_cmp(&b.place()[0]))?).clone();
@@ -252,8 +273,9 @@ th{border-bottom:2px solid #c9ced4;position:sticky;top:0;background:#fff}\
 td.wide{white-space:normal;min-width:240px}\
 .MISSED{color:#b3261e;font-weight:700}.met{color:#1b7f3b}\
 .pictures{display:flex;flex-wrap:wrap;gap:18px}.pictures figure{margin:0}\
-.pictures img{width:320px;image-rendering:pixelated;display:block}\
-.row{display:flex;gap:4px;flex-wrap:wrap}figcaption{font-size:13px;color:#4a5058;max-width:650px}\
+.pictures img{width:240px;image-rendering:pixelated;display:block}\
+.row{display:flex;gap:4px;flex-wrap:wrap}figcaption{font-size:13px;color:#4a5058;max-width:728px}\
+.matrix th,.matrix td{white-space:normal;vertical-align:bottom}\
 summary{cursor:pointer;margin:8px 0}nav a{margin-right:14px}nav{line-height:2}";
 
 /// The page.
@@ -273,19 +295,22 @@ pub fn html(about: &About, sections: &[Section], aims: &[Aim]) -> String {
     if about.on_cpu {
         put(format!("<p><b>This device is a CPU.</b> {}</p>", plain(ON_CPU)));
     }
+    let duels: Vec<&Section> = sections.iter().filter(|section| !section.duel.is_empty()).collect();
     let links =
         sections.iter().enumerate().map(|(i, section)| format!("<a href=\"#s{i}\">{}</a>", plain(&section.title)));
     put(format!(
-        "<nav>{} {}</nav>",
+        "<nav>{}{}{}</nav>",
         if aims.is_empty() { "" } else { "<a href=\"#aims\">Aims</a>" },
+        if duels.is_empty() { "" } else { "<a href=\"#wins\">Where tessellation wins</a>" },
         links.collect::<String>()
     ));
     if !aims.is_empty() {
         put("<h2 id=\"aims\">Aims</h2>".into());
         put(format!("<p>{}</p>", plain(CONTESTS)));
-        put(aims_table(aims));
+        put(matrix(aims));
+        let table = aims_table(aims);
+        put(format!("<details><summary>Who competed, with times and memory</summary>{table}</details>"));
     }
-    let duels: Vec<&Section> = sections.iter().filter(|section| !section.duel.is_empty()).collect();
     if !duels.is_empty() {
         put("<h2 id=\"wins\">Where tessellation wins</h2>".into());
         put(format!("<p>{}</p>", plain(DUELS)));
@@ -320,14 +345,42 @@ Ratios between shaders that do the same work hold best; orders of magnitude are 
 shader invocations beside each time does not depend on the load.";
 
 const CONTESTS: &str = "At equal error: of each kind of baseline the coarsest whose 99th percentile is within the error, found \
-by bisection (the micro-mesh is drawn in three ways, of which the fastest counts), against our fastest setting within the same \
-error. The best baseline is the fastest of them; the others stand behind it. The spread is that of ratios within a round. \
-Memory is all that is kept on the device, and what a baseline culls by on the CPU, without the colour textures.";
+by bisection (the micro-mesh is culled in three ways, of which the fastest counts, and but for the coarsest shaded through a \
+visibility buffer), against our fastest setting within the same error. The best baseline is the fastest of them; the others \
+stand behind it. The spread is that of ratios within a round. Memory is all that is kept on the device, and what a baseline \
+culls by on the CPU, without the colour textures.";
 
 const DUELS: &str = "A shell pays for each pixel, and for each prism on the pixel's way; a tessellated mesh pays for each small \
 triangle, but no more than its error asks. So the denser the base mesh and the smoother the map, the better for tessellation. \
 Here the fastest of ours and of the baselines, all within half a footprint (99th percentile); the plots of these parts show \
 both as curves.";
+
+/// What was found of each scene's aims, a column for each aim.
+fn matrix(aims: &[Aim]) -> String {
+    let (mut scenes, mut columns): (Vec<&str>, Vec<&Aim>) = (Vec::new(), Vec::new());
+    for aim in aims {
+        if !scenes.contains(&aim.scene.as_str()) {
+            scenes.push(&aim.scene);
+        }
+        if !columns.iter().any(|column| column.what == aim.what) {
+            columns.push(aim);
+        }
+    }
+    let head = |aim: &&Aim| format!("<th>{}<br>{}</th>", plain(&aim.what), plain(&aim.asked));
+    let row = |scene: &&str| {
+        let cell = |column: &&Aim| {
+            let Some(aim) = aims.iter().find(|aim| aim.scene == *scene && aim.what == column.what) else {
+                return "<td></td>".to_owned();
+            };
+            let ([found, _], verdict) = (cells(aim), aim.verdict());
+            format!("<td class=\"{verdict}\" title=\"{}\">{found}<br>{verdict}</td>", plain(&aim.who))
+        };
+        format!("<tr><td>{}</td>{}</tr>", plain(scene), columns.iter().map(cell).collect::<String>())
+    };
+    let heads: String = columns.iter().map(head).collect();
+    let rows: String = scenes.iter().map(row).collect();
+    format!("<div class=\"scroll\"><table class=\"matrix\"><tr><th>scene</th>{heads}</tr>{rows}</table></div>")
+}
 
 fn aims_table(aims: &[Aim]) -> String {
     let mut text =
@@ -456,6 +509,9 @@ mod tests {
         let html = aims_table(std::slice::from_ref(&aim));
         assert!(html.contains("<td class=\"MISSED\">MISSED</td>") && html.contains("a&lt;b"), "{html}");
         assert!(html.contains("<td>1.50</td><td>1.00 to 2.50</td>"), "{html}");
+        let rows = matrix(&[aim.clone(), Aim { scene: "c".into(), ..aim.clone() }]);
+        assert_eq!(rows.matches("times faster").count(), 1, "{rows}");
+        assert_eq!(rows.matches("1.50<br>MISSED").count(), 2, "{rows}");
         assert!(aims_table(&[Aim { met: Some(true), ..aim.clone() }]).contains(">met<"));
         assert!(aims_table(&[Aim { met: None, found: None, ..aim }]).contains("not measured"));
     }

@@ -254,8 +254,11 @@ where
         .y_label_formatter(&|y| tick(*y))
         .draw()
         .map_err(failed)?;
-    for curve in curves {
-        draw_curve(&mut chart, curve)?;
+    // What all are compared with, over the others.
+    for strong in [false, true] {
+        for curve in curves.iter().filter(|curve| curve.strong == strong) {
+            draw_curve(&mut chart, curve)?;
+        }
     }
     let mut steps: Vec<(f64, f64)> = Vec::new();
     for [x, y] in &axes.front {

@@ -104,6 +104,11 @@ impl Variant {
         self.technique.ends_with(MATCHED)
     }
 
+    /// Whether it is one of our shells.
+    pub fn is_ours(&self) -> bool {
+        matches!(self.family, Family::Walk | Family::Prism)
+    }
+
     /// The kind of baseline that it is; none of ours.
     pub fn rival(&self) -> Option<Rival> {
         self.settings.baseline.map(|baseline| match baseline {

@@ -2,6 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 // A vertex of a pre-tessellated mesh, for the same material shader as any plain surface.
 #include "render/interface.glsl"
+#include "baseline/micro_vertex.glsl"
+
+// With a visibility buffer or without, the same pixels are covered.
+invariant gl_Position;
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec2 in_normal; // octahedral
@@ -16,12 +20,8 @@ void main() {
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, in_position);
     float view_depth = dot(object.depth.xyz, in_position) + object.depth.w;
     gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);
-    vec3 normal = vec3(in_normal, 1.0 - abs(in_normal.x) - abs(in_normal.y));
-    float fold = max(-normal.z, 0.0);
-    normal.x += normal.x < 0.0 ? fold : -fold;
-    normal.y += normal.y < 0.0 ? fold : -fold;
     out_position = in_position;
-    out_normal = normal;
+    out_normal = unfolded(in_normal);
     // Read or not: what is in the layout and no shader takes is a message of the validation layer.
     out_uvs = in_uv.xyxy;
 }

@@ -13,6 +13,18 @@
 #endif
 #endif
 
+// What the raster tells of a point, in mesh space.
+struct SurfacePoint {
+    vec3 position;
+    vec3 normal;             // authored
+    vec3 geometric;          // of the triangle, of any length and either side
+    vec4 uvs, uvs_x, uvs_y;  // both UV sets, and their change to the next pixel right and down
+    bool front;
+};
+
+#ifdef VISIBILITY
+#include "baseline/nearest_triangle.glsl"
+#else
 layout(location = 0) PER_SAMPLE in vec3 in_position;
 layout(location = 1) PER_SAMPLE in vec3 in_normal;
 #ifdef VERTEX_UVS
@@ -35,6 +47,12 @@ layout(location = 4) PER_SAMPLE in vec2 in_height_uv;
 #endif
 #ifdef MESH_TANGENTS
 layout(location = 5) PER_SAMPLE in float in_shear;
+#endif
+
+SurfacePoint rastered_point() {
+    return SurfacePoint(in_position, in_normal, cross(dFdx(in_position), dFdy(in_position)), in_uvs, dFdx(in_uvs),
+                        dFdy(in_uvs), gl_FrontFacing);
+}
 #endif
 #include "render/dither.glsl"
 
@@ -60,15 +78,13 @@ vec3 toward_eye(Object object, vec3 position) {
     return object.eye.w != 0.0 ? object.eye.xyz - position : object.eye.xyz;
 }
 
-void main() {
-    Object object = objects.item[draw.object];
-    vec3 position = in_position;
-    float facing = gl_FrontFacing ? 1.0 : -1.0;
-    vec3 base_normal = facing * normalize(in_normal), normal = base_normal;
-    vec3 position_x = dFdx(in_position), position_y = dFdy(in_position);
-    vec3 geometric = cross(position_x, position_y);
-    TexturePoint at[2] = TexturePoint[2](TexturePoint(in_uvs.xy, dFdx(in_uvs.xy), dFdy(in_uvs.xy)),
-                                         TexturePoint(in_uvs.zw, dFdx(in_uvs.zw), dFdy(in_uvs.zw)));
+void shade_point(Object object, SurfacePoint point) {
+    vec3 position = point.position;
+    float facing = point.front ? 1.0 : -1.0;
+    vec3 base_normal = facing * normalize(point.normal), normal = base_normal;
+    vec3 geometric = point.geometric;
+    TexturePoint at[2] = TexturePoint[2](TexturePoint(point.uvs.xy, point.uvs_x.xy, point.uvs_y.xy),
+                                         TexturePoint(point.uvs.zw, point.uvs_x.zw, point.uvs_y.zw));
     float level = 0.0;
 #ifndef DEPTH_ONLY
     Visibility visibility = all_lights_visible();
@@ -77,7 +93,7 @@ void main() {
 #ifdef MESH_TANGENTS
     mat3x2 jacobian = frame_jacobian(normalize(in_normal), in_tangent, in_shear);
 #else
-    mat3x2 jacobian = uv_jacobian(position_x, position_y, dFdx(in_height_uv), dFdy(in_height_uv), normal);
+    mat3x2 jacobian = uv_jacobian(dFdx(in_position), dFdy(in_position), dFdx(in_height_uv), dFdy(in_height_uv), normal);
 #endif
     // Seen from behind, heights turn inside out.
     float scale = facing * material.displacement.x;
@@ -244,5 +260,19 @@ void main() {
     visibility = mapped_visibility(visibility, surface, relief);
 #endif
     write_outputs(surface, visibility, at[AOV_UV].uv, view_depth, height);
+#endif
+}
+
+void main() {
+    Object object = objects.item[draw.object];
+#ifdef VISIBILITY
+    SurfacePoint point;
+    if (named_point(object, ivec2(gl_FragCoord.xy), pixel_ndc(gl_FragCoord.xy), point)) {
+        shade_point(object, point);
+    } else {
+        discard;
+    }
+#else
+    shade_point(object, rastered_point());
 #endif
 }

@@ -246,7 +246,7 @@ impl Renderer {
             || self.resolve.is_some()
             || tile_pass.is_some()
             || self.tile_pass.is_some()
-            || plan.has_visibility() != self.plan.has_visibility();
+            || plan.named() != self.plan.named();
         if others {
             self.targets = None;
         }

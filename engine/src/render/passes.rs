@@ -32,7 +32,7 @@ pub enum Part {
     None,
     /// Writes it.
     Write,
-    /// Walks from the lids that it names, a triangle over the picture for each draw.
+    /// Walks from the lids that it names, or shades the triangles, with one over the picture for each draw.
     Resolve,
     /// Draws what these walks have not.
     Rest,
@@ -63,7 +63,8 @@ fn is_edges(draw: &Draw) -> bool {
 /// them. Lines over all of it last. The picture has a pass even without any draw, to be cleared.
 pub fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
     let (edges, filled): (Vec<_>, Vec<_>) = (0..draws.len()).partition(|i| is_edges(&draws[*i]));
-    let (shells, surfaces): (Vec<_>, Vec<_>) = filled.into_iter().partition(|i| draws[*i].is_shell());
+    let (shells, others): (Vec<_>, Vec<_>) = filled.into_iter().partition(|i| draws[*i].is_shell());
+    let (meshes, surfaces): (Vec<_>, Vec<_>) = others.into_iter().partition(|i| draws[*i].visibility.is_some());
     let depths: Vec<_> = surfaces.iter().chain(&shells).copied().filter(|i| draws[*i].depth.is_some()).collect();
     let [surface, shell] = if of_aov { ["surface aov", "shell aov"] } else { ["surface", "shell"] };
     let again: Vec<_> = shells.iter().copied().filter(|i| draws[*i].hides()).collect();
@@ -74,6 +75,8 @@ pub fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
     for (name, indices, shades, round, part) in [
         ("depth", depths, false, 0, Part::None),
         (surface, surfaces, true, 0, Part::None),
+        (visibility::PASS, meshes.clone(), false, 0, Part::Write),
+        (visibility::MESH, meshes, true, 0, Part::Resolve),
         (visibility::PASS, named.clone(), false, 0, Part::Write),
         (shell, named, true, 0, Part::Resolve),
         (rest, shells, true, 0, part),
@@ -84,9 +87,10 @@ pub fn passes(draws: &[Draw], of_aov: bool) -> Vec<DrawPass> {
         if indices.is_empty() && !needed {
             continue;
         }
+        let writes_lids = part == Part::Write && indices.iter().any(|i| draws[*i].is_shell());
         passes.push(DrawPass { name, draws: indices, of_aov, shades, clear, round, part });
-        // The visibility buffer has a depth of its own.
-        if part != Part::Write {
+        // Lids are named with a depth of their own.
+        if !writes_lids {
             clear = [false, clear[1] && !shades];
         }
     }

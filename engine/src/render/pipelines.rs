@@ -34,17 +34,28 @@ pub fn variant_pipeline(ctx: &Context, output: Output, variant: &Variant, shader
         }
     }
     let outlines = matches!(variant.geometry, Geometry::Shell(_) | Geometry::Borders(_));
-    let cull = if outlines || variant.double_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK };
+    let over_picture = variant.names_triangles();
+    let cull = if outlines || over_picture || variant.double_sided {
+        vk::CullModeFlags::NONE
+    } else {
+        vk::CullModeFlags::BACK
+    };
     let front_face = if variant.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
     Pipeline::graphics(
         ctx,
         &GraphicsDesc {
             name: &variant.name(),
             shaders: &shaders.iter().collect::<Vec<_>>(),
-            vertices: (variant.geometry == Geometry::MicroMesh).then_some(baseline::VERTEX_LAYOUT),
+            vertices: match variant.geometry {
+                // Fragments that know their triangle's number take corners that are looked up by it.
+                Geometry::MicroMesh if variant.pass == Pass::Shade && !over_picture => Some(baseline::VERTEX_LAYOUT),
+                _ => None,
+            },
             color_formats: &color_formats,
             depth_format: Some(DEPTH_FORMAT),
             depth: match variant.geometry {
+                // The triangles named have written theirs.
+                _ if over_picture => DepthState::OFF,
                 _ if variant.depth_stands => {
                     DepthState { write: false, compare: vk::CompareOp::EQUAL, ..DepthState::REVERSED }
                 }

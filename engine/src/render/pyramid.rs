@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use super::variant::wrap_defines;
 use crate::error::Result;
 use crate::gpu::{
-    Access, Binding, Buffer, Context, DescriptorSet, Image, Pipeline, Sampler, ShaderCompiler, ShaderStage, Uploader,
-    read_buffer, run_once, vk,
+    Access, Binding, Buffer, BufferDesc, Context, DescriptorSet, Image, MemoryLocation, Pipeline, Sampler,
+    ShaderCompiler, ShaderStage, Uploader, read_buffer, run_once, vk,
 };
 use crate::scene::Wrap;
 
@@ -38,7 +38,7 @@ pub fn level_sizes(size: [u32; 2], wrap: [Wrap; 2]) -> Vec<[u32; 2]> {
 
 /// Bytes of a map's pyramid.
 pub fn bytes(size: [u32; 2], wrap: [Wrap; 2]) -> usize {
-    size_of_val(&table(&level_sizes(size, wrap))[..])
+    size_of::<u32>() * offsets(&level_sizes(size, wrap)).1 as usize
 }
 
 /// One level, as a file shall have it.
@@ -76,9 +76,7 @@ pub fn build(
     wrap: [Wrap; 2],
 ) -> Result<Buffer> {
     let (nodes, sizes) = nodes(ctx, compiler, map, sampler, wrap)?;
-    let mut uploader = Uploader::new(ctx)?;
-    let pairs = uploader.buffer(&format!("{} pyramid", map.name()), USAGE, &table(&sizes))?;
-    uploader.finish()?;
+    let pairs = room(ctx, &format!("{} pyramid", map.name()), &sizes)?;
     let shader = compiler.compile("render/pyramid_pairs.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
     let pipeline = Pipeline::compute(ctx, "pyramid pairs", &shader)?;
     let bindings = [
@@ -108,16 +106,32 @@ const USAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
     vk::BufferUsageFlags::STORAGE_BUFFER.as_raw() | vk::BufferUsageFlags::TRANSFER_SRC.as_raw(),
 );
 
-/// The table of offsets, and room for the nodes.
-fn table(sizes: &[[u32; 2]]) -> Vec<u32> {
-    let mut content = vec![0u32; LEVELS];
+/// The table of offsets, and where the last level ends.
+fn offsets(sizes: &[[u32; 2]]) -> ([u32; LEVELS], u32) {
+    let mut table = [0; LEVELS];
     let mut end = LEVELS as u32;
-    for (i, [width, height]) in sizes.iter().enumerate() {
-        content[i] = end;
+    for (offset, [width, height]) in table.iter_mut().zip(sizes) {
+        *offset = end;
         end += width * height;
     }
-    content.resize(end as usize, 0);
-    content
+    (table, end)
+}
+
+/// A buffer with the table, and room for the nodes: these are not uploaded, as a large map has more than texels.
+fn room(ctx: &Context, name: &str, sizes: &[[u32; 2]]) -> Result<Buffer> {
+    let (offsets, end) = offsets(sizes);
+    let size = u64::from(end) * size_of::<u32>() as u64;
+    let usage = USAGE | vk::BufferUsageFlags::TRANSFER_DST;
+    let buffer = Buffer::new(ctx, &BufferDesc { name, size, usage, location: MemoryLocation::GpuOnly })?;
+    let mut uploader = Uploader::new(ctx)?;
+    let table = uploader.buffer("pyramid offsets", vk::BufferUsageFlags::TRANSFER_SRC, &offsets)?;
+    uploader.finish()?;
+    run_once(ctx, |cmd| {
+        cmd.copy_buffer(&table, 0, &buffer, 0, table.size());
+        cmd.buffer_barrier(&buffer, Access::TRANSFER_DST, Access::COMPUTE_WRITE);
+        Ok(())
+    })?;
+    Ok(buffer)
 }
 
 /// The nodes of all levels, each for itself, and the levels' sizes.
@@ -129,9 +143,7 @@ fn nodes(
     wrap: [Wrap; 2],
 ) -> Result<(Buffer, Vec<[u32; 2]>)> {
     let sizes = level_sizes(map.extent(), wrap);
-    let mut uploader = Uploader::new(ctx)?;
-    let nodes = uploader.buffer(&format!("{} nodes", map.name()), USAGE, &table(&sizes))?;
-    uploader.finish()?;
+    let nodes = room(ctx, &format!("{} nodes", map.name()), &sizes)?;
     let shader = compiler.compile("render/pyramid.comp", ShaderStage::Compute, &wrap_defines(wrap))?;
     let pipeline = Pipeline::compute(ctx, "pyramid", &shader)?;
     let bindings = [("height_map", Binding::Image(map, sampler)), ("pyramid", Binding::Buffer(&nodes))];

@@ -148,7 +148,8 @@ impl Renderer {
                     if draw.span != spans[*index] {
                         continue;
                     }
-                    if let Some(mesh) = &self.primitives[draw.primitive].micro_mesh {
+                    let mesh = self.primitives[draw.primitive].micro_mesh.as_ref();
+                    if let Some(mesh) = mesh.filter(|_| pass.part != Part::Resolve) {
                         mesh.prepare(cmd, &frame, &objects[*index], draw.variant.sides());
                     }
                 }
@@ -201,7 +202,7 @@ impl Renderer {
         let targets = self.targets.as_ref().expect("made before the first pass");
         let [clear_depth, clear_color] = pass.clear;
         if let (Some(visibility), Part::Write) = (&targets.visibility, pass.part) {
-            return visibility.begin_pass(cmd, clear_depth);
+            return visibility.begin_pass(cmd, &targets.depth, clear_depth);
         }
         let load = if clear_color { Load::Clear(BACKGROUND) } else { Load::Keep };
         let samples = targets.samples.as_ref().filter(|_| !pass.of_aov);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::aov::AovTargets;
 use super::depth_tiles::DepthTiles;
 use super::resolve::Samples;
-use super::visibility::Visibility;
+use super::visibility::{Named, Visibility};
 use super::{DEPTH_FORMAT, Renderer};
 use crate::error::Result;
 use crate::gpu::{Image, ImageDesc, vk};
@@ -39,10 +39,11 @@ impl Renderer {
         let one = vk::SampleCountFlags::TYPE_1;
         let depth_usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
         let read = if self.tile_pass.is_some() { vk::ImageUsageFlags::SAMPLED } else { vk::ImageUsageFlags::empty() };
-        let named = self.plan.has_visibility();
-        let copied = if named { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+        let named = self.plan.named();
+        let copied =
+            if named == Some(Named::Lids) { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
         let depth = image("depth", DEPTH_FORMAT, samples, depth_usage | read | copied)?;
-        let visibility = named.then(|| Visibility::new(&self.ctx, extent)).transpose()?;
+        let visibility = named.map(|named| Visibility::new(&self.ctx, extent, named)).transpose()?;
         let tiles = self.tile_pass.as_ref().map(|pass| pass.tiles(&self.ctx, &depth)).transpose()?;
         if tiles.is_some() || visibility.is_some() {
             // Their sets name the old ones.

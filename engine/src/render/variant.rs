@@ -110,7 +110,7 @@ pub enum Pass {
     Light,
     /// What lists the prisms that may show, before the others.
     Cull,
-    /// The nearest lid of each pixel: the visibility buffer.
+    /// The nearest lid, or small triangle, of each pixel: the visibility buffer.
     Visibility,
 }
 
@@ -227,7 +227,7 @@ pub struct Variant {
     pub surface_vertices: bool,
     /// Unseen prisms are dropped.
     pub cull: Option<Cull>,
-    /// Its walks begin at the lids that the visibility buffer names.
+    /// Its walks begin at the lids that the visibility buffer names, or it shades the small triangles named there.
     pub visibility: bool,
     /// What it writes in place of the shaded colour, if anything.
     pub view: View,
@@ -262,6 +262,12 @@ impl Variant {
             Geometry::Surface => &[("render/surface.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::BaseEdges | Geometry::PrismEdges => {
                 &[("render/edges.vert", S::Vertex), ("render/edges.frag", S::Fragment)]
+            }
+            Geometry::MicroMesh if self.pass == Pass::Visibility => {
+                &[("baseline/nearest_triangle.vert", S::Vertex), ("baseline/nearest_triangle.frag", S::Fragment)]
+            }
+            Geometry::MicroMesh if self.names_triangles() => {
+                &[("render/resolve.vert", S::Vertex), ("render/surface.frag", S::Fragment)]
             }
             Geometry::MicroMesh => &[("baseline/micro_mesh.vert", S::Vertex), ("render/surface.frag", S::Fragment)],
             Geometry::Diced { by: Dicer::Tessellation, .. } => &[
@@ -388,6 +394,11 @@ impl Variant {
         }
     }
 
+    /// Whether it shades the small triangles that the visibility buffer names, with one over the picture.
+    pub fn names_triangles(&self) -> bool {
+        self.geometry == Geometry::MicroMesh && self.visibility
+    }
+
     /// Which sides of its triangles show.
     pub fn sides(&self) -> Sides {
         Sides { double: self.double_sided, mirrored: self.mirrored }
@@ -410,7 +421,10 @@ impl Variant {
     pub fn discards(&self) -> bool {
         let by_height = |h: Height| h.depth_offset || h.uv_bounds || h.horizon;
         self.pass != Pass::Visibility
-            && (self.geometry.stage().is_some() || self.alpha_mask || self.height.is_some_and(by_height))
+            && (self.geometry.stage().is_some()
+                || self.alpha_mask
+                || self.names_triangles()
+                || self.height.is_some_and(by_height))
     }
 
     /// Whether it shows coordinates, those of [`Variant::aov_uv`].

@@ -3,9 +3,13 @@
 use std::{fs, path::Path};
 
 use image::{DynamicImage, ImageFormat};
+use rayon::prelude::*;
 
 use super::{HeightMap, HeightTexels, image as images};
 use crate::error::{Error, Result};
+
+/// Texels that one thread looks through at a time.
+const PART: usize = 1 << 16;
 
 impl HeightMap {
     /// Reads a PNG that no scene names.
@@ -44,6 +48,15 @@ impl HeightMap {
             }
         }
     }
+
+    /// All its heights in f32, row by row.
+    pub fn heights(&self) -> Vec<f32> {
+        match &self.texels {
+            HeightTexels::U8(texels) => texels.par_iter().map(|texel| fraction_u8(*texel) as f32).collect(),
+            HeightTexels::U16(texels) => texels.par_iter().map(|texel| fraction_u16(*texel) as f32).collect(),
+            HeightTexels::F16(texels) => texels.par_iter().map(|texel| texel.to_f32()).collect(),
+        }
+    }
 }
 
 impl HeightTexels {
@@ -74,9 +87,10 @@ fn fraction_u16(value: u16) -> f64 {
 }
 
 /// Of an image's texels, of which there is at least one: decoders refuse empty images.
-fn extremes<T: Copy + Ord>(texels: &[T], fraction: fn(T) -> f64) -> (f64, f64) {
-    let low = texels.iter().copied().min();
-    let high = texels.iter().copied().max();
+fn extremes<T: Copy + Ord + Send + Sync>(texels: &[T], fraction: fn(T) -> f64) -> (f64, f64) {
+    let parts = || texels.par_chunks(PART);
+    let low = parts().filter_map(|part| part.iter().copied().min()).min();
+    let high = parts().filter_map(|part| part.iter().copied().max()).max();
     (low.map_or(0.0, fraction), high.map_or(0.0, fraction))
 }
 

@@ -3,12 +3,13 @@
 //!
 //! A bilinear surface lies between the least and the greatest texel that it reads. A box of UV reads the texels from
 //! `floor(u n - 1/2)` to `floor(u n - 1/2) + 1`, wrapped one by one, so the bounds come from an exact range query over
-//! texels, answered by a min-max pyramid of the map as it is stored: the border texels that bilinear filtering adds
-//! are part of the query, not of the nodes.
+//! texels, answered by a min-max pyramid over blocks of the map as it is stored: the border texels that bilinear
+//! filtering adds are part of the query, not of the nodes.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 use glam::{DAffine2, DVec2, Vec2};
+use rayon::prelude::*;
 
 use crate::scene::{Displacement, HeightMap, HeightSource, HeightTexels, Procedure, Scene, Wrap};
 
@@ -29,16 +30,16 @@ const PARTS: u32 = 8;
 
 /// The bounds of whatever gives a displacement its heights.
 #[derive(Clone, Debug)]
-pub enum FieldBounds {
+pub enum FieldBounds<'a> {
     /// Of a map.
-    Map(HeightBounds),
+    Map(HeightBounds<'a>),
     /// Of a function.
     Procedure(Procedure),
 }
 
-impl FieldBounds {
+impl<'a> FieldBounds<'a> {
     /// Those of `displacement`.
-    pub fn new(scene: &Scene, displacement: &Displacement) -> Self {
+    pub fn new(scene: &'a Scene, displacement: &Displacement) -> Self {
         match displacement.source {
             HeightSource::Map(map) => FieldBounds::Map(HeightBounds::new(&scene.height_maps[map], displacement.wrap)),
             HeightSource::Procedure(procedure) => FieldBounds::Procedure(procedure),
@@ -68,12 +69,17 @@ fn procedure_over(procedure: Procedure, uv_min: DVec2, uv_max: DVec2) -> (f32, f
 
 /// A min-max pyramid of one height map under one pair of wrap modes.
 #[derive(Clone, Debug)]
-pub struct HeightBounds {
+pub struct HeightBounds<'a> {
+    texels: &'a HeightTexels,
     size: [usize; 2],
     wrap: [Wrap; 2],
-    /// Level 0 is the texels; a node of level L covers 2^L × 2^L of them.
+    /// A node of level L covers [`BLOCK`] · 2^L texels a side.
     levels: Vec<Level>,
 }
+
+/// Texels a side of the smallest nodes. Whatever covers but a part of one is looked at texel by texel: a large map's own
+/// pyramid would be many times as large as the map.
+const BLOCK: usize = 8;
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -82,20 +88,33 @@ struct Level {
     nodes: Vec<(f32, f32)>,
 }
 
-impl HeightBounds {
+impl<'a> HeightBounds<'a> {
     /// Builds the pyramid of `map`, read with `wrap` in u and v.
-    pub fn new(map: &HeightMap, wrap: [Wrap; 2]) -> Self {
+    pub fn new(map: &'a HeightMap, wrap: [Wrap; 2]) -> Self {
         let size = [map.width as usize, map.height as usize];
-        let nodes = match &map.texels {
-            HeightTexels::U8(texels) => texels.iter().map(|v| f32::from(*v) / 255.0).map(|h| (h, h)).collect(),
-            HeightTexels::U16(texels) => texels.iter().map(|v| f32::from(*v) / 65535.0).map(|h| (h, h)).collect(),
-            HeightTexels::F16(texels) => texels.iter().map(|v| v.to_f32()).map(|h| (h, h)).collect(),
+        let mut bounds = HeightBounds { texels: &map.texels, size, wrap, levels: Vec::new() };
+        let blocks = size.map(|n| n.div_ceil(BLOCK));
+        let block = |i: usize| {
+            let first = [i % blocks[0], i / blocks[0]].map(|k| k * BLOCK);
+            let end = [0, 1].map(|axis| (first[axis] + BLOCK).min(size[axis]));
+            bounds.of_texels([first[0]..end[0], first[1]..end[1]])
         };
-        let mut levels = vec![Level { size, nodes }];
+        let nodes = (0..blocks[0] * blocks[1]).into_par_iter().map(block).collect();
+        let mut levels = vec![Level { size: blocks, nodes }];
         while let Some(last) = levels.last().filter(|last| last.size != [1, 1]) {
             levels.push(last.halved());
         }
-        HeightBounds { size, wrap, levels }
+        bounds.levels = levels;
+        bounds
+    }
+
+    /// Least and greatest of some texels, of these columns and rows.
+    fn of_texels(&self, [columns, rows]: [Range<usize>; 2]) -> (f32, f32) {
+        let in_row = |y: usize| {
+            let row = y * self.size[0];
+            extremes(self.texels, row + columns.start..row + columns.end)
+        };
+        rows.map(in_row).fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), (min, max)| (lo.min(min), hi.max(max)))
     }
 
     /// Least and greatest height over the box `uv_min..=uv_max` (height map coordinates, after any
@@ -125,12 +144,19 @@ impl HeightBounds {
         if min >= *lo && max <= *hi {
             return;
         }
-        let first = at.map(|i| i << level);
-        let last = [0, 1].map(|a| (((at[a] + 1) << level) - 1).min(self.size[a] - 1));
+        let side = BLOCK << level;
+        let first = at.map(|i| i * side);
+        let last = [0, 1].map(|a| (first[a] + side - 1).min(self.size[a] - 1));
         if (0..2).any(|a| last[a] < *query[a].start() || first[a] > *query[a].end()) {
             return;
         }
         if (0..2).all(|a| query[a].contains(&first[a]) && query[a].contains(&last[a])) {
+            (*lo, *hi) = (lo.min(min), hi.max(max));
+            return;
+        }
+        if level == 0 {
+            let part = [0, 1].map(|a| first[a].max(*query[a].start())..last[a].min(*query[a].end()) + 1);
+            let (min, max) = self.of_texels(part);
             (*lo, *hi) = (lo.min(min), hi.max(max));
             return;
         }
@@ -155,6 +181,22 @@ impl Level {
     }
 }
 
+/// Least and greatest height of neighbouring texels.
+fn extremes(texels: &HeightTexels, range: Range<usize>) -> (f32, f32) {
+    fn of<T: Copy + Ord>(texels: &[T], height: impl Fn(T) -> f32) -> (f32, f32) {
+        let (low, high) = (texels.iter().copied().min(), texels.iter().copied().max());
+        (low.map_or(f32::INFINITY, &height), high.map_or(f32::NEG_INFINITY, &height))
+    }
+    match texels {
+        HeightTexels::U8(texels) => of(&texels[range], |v| f32::from(v) / 255.0),
+        HeightTexels::U16(texels) => of(&texels[range], |v| f32::from(v) / 65535.0),
+        HeightTexels::F16(texels) => {
+            let heights = texels[range].iter().map(|v| v.to_f32());
+            heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)))
+        }
+    }
+}
+
 /// The one height that a map has wherever its field is read over a box of UV, if there is one.
 pub fn constant_over(map: &HeightMap, wrap: [Wrap; 2], uv_min: DVec2, uv_max: DVec2) -> Option<f64> {
     let size = [map.width, map.height];
@@ -176,7 +218,7 @@ fn texels_read(n: usize, wrap: Wrap, lo: f64, hi: f64) -> [Option<RangeInclusive
 
 /// The texels of an axis of `n` that the unwrapped texels `first..=last` fold onto: one or two ranges. Where a
 /// mirrored range turns inside, the whole axis up to the turn's far end is taken, which is what it covers.
-fn wrapped_range(first: i64, last: i64, n: usize, wrap: Wrap) -> [Option<RangeInclusive<usize>>; 2] {
+pub(super) fn wrapped_range(first: i64, last: i64, n: usize, wrap: Wrap) -> [Option<RangeInclusive<usize>>; 2] {
     let len = n as i64;
     let all = [Some(0..=n - 1), None];
     if wrap == Wrap::Clamp {

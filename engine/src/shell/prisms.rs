@@ -161,7 +161,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
         mesh.primitives.iter().map(|p| displacement(scene, p).map(|d| height_uvs(p, &d)).unwrap_or_default()).collect();
     let traced = connected(mesh, |p| p.triangles.iter().any(|t| displaced(p, *t)));
     let edges = edges(mesh);
-    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds> = HashMap::new();
+    let mut bounds: HashMap<(HeightSource, [Wrap; 2]), FieldBounds<'_>> = HashMap::new();
     // Levels of each displaced triangle's own surface; seams need their neighbour's too.
     let ranges: Vec<Vec<[f64; 2]>> = mesh
         .primitives

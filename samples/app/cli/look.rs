@@ -71,8 +71,8 @@ pub struct LookArgs {
     #[arg(long, value_parser = words(PrismCulling::ALL, PrismCulling::name))]
     pub prism_culling: Option<PrismCulling>,
 
-    /// Whether walks begin at the lids that a visibility buffer names, each pixel's nearest one; auto: where triangles are
-    /// so small that it pays, as `explain` tells [default: auto]
+    /// Whether walks begin at the lids that a visibility buffer names, each pixel's nearest one, or the triangles of
+    /// --baseline micro-mesh are shaded so; auto: where they are so small that it pays, as `explain` tells [default: auto]
     #[arg(long, value_parser = words(VisibilityBuffer::ALL, VisibilityBuffer::name))]
     pub visibility_buffer: Option<VisibilityBuffer>,
 

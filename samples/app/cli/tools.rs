@@ -184,7 +184,7 @@ pub struct ReportArgs {
     pub scenes: Vec<String>,
 
     /// Only parts of these names: front, stage, shadow, samples, distance, stiffness, angle, scale, map, triangles,
-    /// resolution, moving, contest [default: all]
+    /// resolution, moving, contest (at equal error, with the fronts of our shells) [default: all]
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     pub parts: Vec<String>,
 

@@ -1,5 +1,6 @@
 //! Culls a micro-mesh triangle by triangle on the GPU, into one indirect draw.
 
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 use bytemuck::{Pod, Zeroable};
 
 use super::clusters::Run;
@@ -9,6 +10,13 @@ use crate::gpu::{
     ShaderCompiler, ShaderStage, Uploader, vk,
 };
 use crate::render::layout::{Frame, Object};
+
+/// Who reads what is kept: draws, or vertices and fragments that a visibility buffer names triangles by.
+const KEPT_READ: Access = Access::new(
+    S::from_raw(S::INDEX_INPUT.as_raw() | S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()),
+    A::from_raw(A::INDEX_READ.as_raw() | A::SHADER_READ.as_raw()),
+    vk::ImageLayout::UNDEFINED,
+);
 
 /// Invocations of a workgroup; those of `baseline/micro_cull.comp`.
 const GROUP: u32 = 64;
@@ -48,6 +56,18 @@ pub fn buffers(triangles: usize) -> [(&'static str, usize); 3] {
     ]
 }
 
+/// Refuses what shaders would have to address beyond the device's limit. `mend`: what else could be asked for.
+pub fn check_storage(ctx: &Context, bytes: u64, triangles: usize, mend: &str) -> Result<()> {
+    let most = u64::from(ctx.limits().max_storage_buffer_range);
+    if bytes <= most {
+        return Ok(());
+    }
+    Err(Error::unsupported(
+        format!("'{}' has no storage buffers above {most} bytes, for {triangles} triangles", ctx.device_name()),
+        format!("{mend}, or make the micro-mesh coarser"),
+    ))
+}
+
 /// The pass, and what it writes.
 pub struct TriangleCull {
     pipeline: Pipeline,
@@ -72,14 +92,7 @@ impl TriangleCull {
     ) -> Result<Self> {
         use vk::BufferUsageFlags as U;
         let [kept, command, nothing] = buffers(triangles);
-        let bytes = kept.1 as u64;
-        let most = u64::from(ctx.limits().max_storage_buffer_range);
-        if bytes.max(vertices.size()) > most {
-            return Err(Error::unsupported(
-                format!("'{}' has no storage buffers above {most} bytes, for {triangles} triangles", ctx.device_name()),
-                "cull by cluster, or make the micro-mesh coarser",
-            ));
-        }
+        check_storage(ctx, vertices.size().max(kept.1 as u64), triangles, "cull by cluster")?;
         let buffer = |(name, bytes): (&str, usize), usage: U| {
             Buffer::new(ctx, &BufferDesc { name, size: bytes as u64, usage, location: MemoryLocation::GpuOnly })
         };
@@ -102,7 +115,7 @@ impl TriangleCull {
     /// Records the culling of `runs`, outside a pass.
     pub fn record(&self, cmd: &mut CommandEncoder, frame: &Frame, object: &Object, sides: Sides, runs: &[Run]) {
         cmd.buffer_barrier(&self.command, Access::INDIRECT_READ, Access::TRANSFER_DST);
-        cmd.buffer_barrier(&self.kept, Access::INDEX_READ, Access::COMPUTE_WRITE);
+        cmd.buffer_barrier(&self.kept, KEPT_READ, Access::COMPUTE_WRITE);
         cmd.copy_buffer(&self.nothing, 0, &self.command, 0, self.nothing.size());
         cmd.buffer_barrier(&self.command, Access::TRANSFER_DST, Access::COMPUTE_WRITE);
         cmd.bind_pipeline(&self.pipeline);
@@ -124,11 +137,20 @@ impl TriangleCull {
             cmd.dispatch(triangles.div_ceil(GROUP), 1, 1);
         }
         cmd.buffer_barrier(&self.command, Access::COMPUTE_WRITE, Access::INDIRECT_READ);
-        cmd.buffer_barrier(&self.kept, Access::COMPUTE_WRITE, Access::INDEX_READ);
+        cmd.buffer_barrier(&self.kept, Access::COMPUTE_WRITE, KEPT_READ);
     }
 
-    /// Records the draw of what was kept.
-    pub fn draw(&self, cmd: &mut CommandEncoder) {
+    /// Indices of what is kept.
+    pub fn kept(&self) -> &Buffer {
+        &self.kept
+    }
+
+    /// Records the draw of what was kept. `looks_up`: the vertex stage reads the indices itself.
+    pub fn draw(&self, cmd: &mut CommandEncoder, looks_up: bool) {
+        if looks_up {
+            // Of the same words: vertices, instances, and where both begin.
+            return cmd.draw_indirect(&self.command, 1);
+        }
         cmd.bind_index_buffer(&self.kept, vk::IndexType::UINT32);
         cmd.draw_indexed_indirect(&self.command);
     }

@@ -76,6 +76,18 @@ impl MicroMesh {
         }
         Ok(mesh)
     }
+
+    /// The indices, each from the first vertex of all.
+    pub fn absolute_indices(&self) -> Vec<u32> {
+        let mut absolute = Vec::with_capacity(self.indices.len());
+        for chunk in &self.clusters.chunks {
+            let clusters = &self.clusters.clusters[chunk.clusters.clone()];
+            let count = clusters.iter().map(|cluster| cluster.index_count as usize).sum::<usize>();
+            let own = &self.indices[absolute.len()..][..count];
+            absolute.extend(own.iter().map(|index| chunk.first_vertex + u32::from(*index)));
+        }
+        absolute
+    }
 }
 
 /// Vertices and indices of what [`MicroMesh::new`] makes, counted without it.

@@ -19,7 +19,8 @@ use crate::error::Result;
 use crate::scene::Scene;
 use crate::settings::{Baseline, Culling};
 
-/// The buffers of a baseline's primitive that are its own, by name, and their bytes. `name`: the primitive's.
+/// The buffers of a baseline's primitive that are its own, by name, and their bytes. `name`: the primitive's. `named`: a
+/// visibility buffer names its triangles.
 ///
 /// # Errors
 /// Those of [`MicroMesh::new`].
@@ -28,6 +29,7 @@ pub fn buffers(
     planned: &PlannedPrimitive,
     name: &str,
     baseline: Baseline,
+    named: bool,
 ) -> Result<Vec<(String, usize)>> {
     let (density, culling) = match baseline {
         Baseline::MicroMesh { density, culling } => (density, culling),
@@ -39,7 +41,7 @@ pub fn buffers(
     let [vertices, indices] = micro_mesh::size(scene, planned, density)?;
     let mut buffers = vec![
         (format!("{name} micro-vertices"), size_of::<MicroVertex>() * vertices),
-        (format!("{name} micro-indices"), size_of::<u16>() * indices),
+        (format!("{name} micro-indices"), draw::bytes_of_index(culling, named) * indices),
     ];
     if culling == Culling::Triangles {
         let own = cull::buffers(indices / 3);

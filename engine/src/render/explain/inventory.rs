@@ -53,14 +53,15 @@ pub fn buffers(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situ
             buffers.push(BufferFact { name, bytes: bytes as u64 });
         }
     };
-    for planned in &plan.primitives {
+    for (index, planned) in plan.primitives.iter().enumerate() {
         let name = plan::primitive_name(scene, planned.mesh, planned.primitive);
         let data = PrimitiveData::new(scene, planned, settings);
         for (what, bytes) in data.buffers(planned.deforms) {
             add(format!("{name} {what}"), bytes);
         }
         if let Some(baseline) = settings.baseline.filter(|_| planned.shell.is_displaced()) {
-            let own = baseline::buffers(scene, planned, &name, baseline).unwrap_or_default();
+            let named = plan.names_triangles(index);
+            let own = baseline::buffers(scene, planned, &name, baseline, named).unwrap_or_default();
             own.into_iter().for_each(|(name, bytes)| add(name, bytes));
         }
     }
@@ -174,10 +175,8 @@ pub fn images(scene: &Scene, settings: &Settings, plan: &Plan, situation: &Situa
     let Situation { extent, output, .. } = *situation;
     add("picture".into(), extent, output.color_format, 1, 1);
     add("depth".into(), extent, DEPTH_FORMAT, 1, settings.msaa);
-    if plan.has_visibility() {
-        for (name, format) in visibility::IMAGES {
-            add(name.into(), extent, format, 1, 1);
-        }
+    for (name, format) in plan.named().map_or(&[][..], visibility::images) {
+        add((*name).into(), extent, *format, 1, 1);
     }
     if settings.msaa > 1 {
         add("samples".into(), extent, output.color_format, 1, settings.msaa);

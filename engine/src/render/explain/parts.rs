@@ -83,7 +83,7 @@ pub fn of(variant: &Variant) -> Vec<Part> {
     part(
         "visibility buffer",
         variant.visibility,
-        "its walks begin at each pixel's nearest lid",
+        if shell { "its walks begin at each pixel's nearest lid" } else { "each pixel's nearest triangle is shaded" },
         "it begins where it is drawn",
     );
     part("depth stands already", variant.depth_stands, "a pass before it drew its depth", "it draws its own depth");

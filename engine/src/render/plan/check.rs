@@ -21,7 +21,7 @@ pub fn wants_shell(scene: &Scene, settings: &Settings) -> bool {
 }
 
 /// What is drawn, as often as it is.
-fn drawn(scene: &Scene) -> impl Iterator<Item = &Primitive> {
+pub(super) fn drawn(scene: &Scene) -> impl Iterator<Item = &Primitive> {
     scene.instances.iter().flat_map(|i| &scene.meshes[i.mesh].primitives)
 }
 

@@ -43,7 +43,7 @@ pub struct Draw {
     pub depth: Option<Variant>,
     /// The pass that lists the prisms it draws, where its stage does not drop the others itself.
     pub cull: Option<Variant>,
-    /// What writes its nearest lids into the visibility buffer, where its walks begin at those.
+    /// What writes its nearest lids, or small triangles, into the visibility buffer, where those are traced or shaded.
     pub visibility: Option<Variant>,
     /// Triangles or prisms of the primitive's buffers.
     pub range: Range<u32>,
@@ -120,11 +120,6 @@ impl Plan {
     /// Whether prisms are dropped that the depth of others hides.
     pub fn hides(&self) -> bool {
         self.draws.iter().any(Draw::hides)
-    }
-
-    /// Whether some walks begin at the lids of a visibility buffer.
-    pub fn has_visibility(&self) -> bool {
-        self.draws.iter().any(|draw| draw.visibility.is_some())
     }
 }
 

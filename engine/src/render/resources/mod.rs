@@ -155,7 +155,8 @@ pub fn upload(
     let primitives = plan
         .primitives
         .iter()
-        .map(|planned| {
+        .enumerate()
+        .map(|(index, planned)| {
             let data = PrimitiveData::new(scene, planned, settings);
             let name = format!("{}.{}", scene.meshes[planned.mesh].name, planned.primitive);
             let indices: &[u32] = data.indices.as_flattened();
@@ -167,7 +168,8 @@ pub fn upload(
                 match baseline {
                     Baseline::MicroMesh { density, culling } => {
                         let mesh = MicroMesh::new(scene, planned, data.center, density)?;
-                        micro_mesh = Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling)?);
+                        let named = plan.names_triangles(index);
+                        micro_mesh = Some(Drawable::new(ctx, compiler, &mut uploader, &name, mesh, culling, named)?);
                     }
                     Baseline::Diced { by, edge, culls } => {
                         let dicing = Dicing { by, edge, culls };
@@ -241,6 +243,7 @@ impl Primitive {
         }
         bindings.push(("MaterialBlock", Binding::Buffer(&self.material)));
         bindings.extend(self.prisms.as_ref().map(|prisms| ("prisms", Binding::Buffer(prisms))));
+        bindings.extend(self.micro_mesh.iter().flat_map(|mesh| mesh.bindings()));
         bindings.extend(self.diced.as_ref().map(|diced| ("diced_triangles", Binding::Buffer(diced.triangles()))));
         bindings.extend(self.hierarchy.as_ref().map(|boxes| ("shadow_hierarchy", Binding::Buffer(boxes))));
         if let Some(walk) = &self.walk {
