@@ -5,7 +5,7 @@ mod rig;
 
 use std::{fs, path::PathBuf};
 
-use common::{Gltf, Lens, Map, Shape, Wrap, asset, folder, prism};
+use common::{Gltf, Lens, Map, Shape, Wrap, asset, folder, leftovers, prism};
 use rig::{Rig, record};
 use serde_json::{Value, json};
 
@@ -55,7 +55,10 @@ impl Row {
 
     /// A row of the table.
     fn measured(&self) -> String {
-        let drawn = |way: &str, frames: u32| self.call("render", way).words(&format!("--stats --frames {frames}"));
+        let picture = leftovers().join("plan.png");
+        let drawn = |way: &str, frames: u32| {
+            self.call("render", way).words(&format!("--stats --frames {frames} --out")).arg(&picture)
+        };
         let mut ms = [f64::INFINITY; 2];
         let mut mebibytes = [0.0; 2];
         for i in (0..ROUNDS).flat_map(|_| [0, 1]) {
