@@ -5,7 +5,7 @@ mod rig;
 
 use std::collections::BTreeSet;
 
-use glam::{DAffine2, DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use prism_engine::{
     gpu::{Feature, Pipeline, ShaderStage, vk},
     render::{
@@ -650,6 +650,30 @@ fn the_picture_with_all_kept_is_the_same_in_every_scene() {
             assert_eq!(differ, 0, "{name}, {shell}, {stage}");
         }
     }
+}
+
+/// A triangle over which the map has one height takes one step, and is hit in the same place.
+#[test]
+fn a_triangle_of_one_height_takes_one_step() {
+    let rig = able();
+    let mut scene = displaced(|i| if i % 8 < 4 { 40_000 } else { bumps(i) }, 0.2, 0.5);
+    // The first triangle stays in the map's left half, the other one does not.
+    scene.meshes[0].primitives[0].uvs[0] = [[0.1, 0.1], [0.35, 0.1], [0.35, 0.9], [0.9, 0.9]].map(Vec2::from).to_vec();
+    for (number, march) in [March::Relief, March::Exact, March::Cone].into_iter().enumerate() {
+        for (shell, stage) in [(Shell::Walk, rig::STAGES[number % 2]), (Shell::Prism, rig::STAGES[1 - number % 2])] {
+            let settings = Settings { march, shell, stage, ..Settings::default() };
+            let plan = plan::plan(&scene, &settings, stage, false);
+            let level: Vec<_> = plan.primitives[0].shell.prisms.iter().map(|prism| prism.one_height).collect();
+            assert_eq!(level, [true, false]);
+            assert!(plan.ledger.find("floor.0", "one step").is_some_and(|decision| decision.kept));
+            assert_eq!(explained(&scene, &settings, &plan).primitives[0].level_triangles, 1);
+            assert_eq!(differing(&rig, &scene, &settings), 0, "{march}, {shell}, {stage}");
+        }
+    }
+    // A step at a wall is none of its heights.
+    scene.materials[0].displacement.as_mut().unwrap().border_wall = true;
+    let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, false);
+    assert!(plan.primitives[0].shell.prisms.iter().all(|prism| !prism.one_height));
 }
 
 /// A picture with several samples a pixel has no surface data beside it, and shows coordinates all the same.

@@ -58,6 +58,7 @@ void main() {
     prism.t0 = height_share * data.range.x;
     prism.t1 = height_share * data.range.y;
     prism.plain = is_plain(data.corners.w);
+    enter_prism(data.corners.w);
     MarchSettings settings = march_settings();
 
     ShellHit hit = prism_trace(projected, prism, settings, depth, slope, frame.lens.z, object.handedness.x);

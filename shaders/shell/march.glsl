@@ -13,6 +13,19 @@
 #include "shell/soft.glsl"
 #endif
 
+// Whether the prism at hand has one height all over. Then one step finds all there is.
+#ifdef ONE_HEIGHTS
+bool one_height = false;
+#else
+const bool one_height = false;
+#endif
+
+void enter_prism(uint bits) {
+#ifdef ONE_HEIGHTS
+    one_height = has_one_height(bits);
+#endif
+}
+
 // Everything about one prism that does not depend on the ray.
 struct Prism {
     vec2 uv[3];             // height map coordinates of the corners
@@ -266,7 +279,7 @@ const bool KEEPS_CLEARANCE = true;
 bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
              inout float clear, inout int limits, out Found x) {
     float texels = length((leave.uv - entry.uv) * settings.map_size);
-    int steps = clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
+    int steps = one_height ? 1 : clamp(int(ceil(min(texels, 1e6))), settings.min_steps, settings.max_steps);
     int count = sample_count(steps);
     float start = search_start();
     bool found = false;
@@ -295,6 +308,9 @@ bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, 
 
 // Where along the interval (0 to 1) that crossing lies.
 float crossing(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, bool above, Found x) {
+    if (one_height) {
+        return chord_root(x);
+    }
     Refinement by = Refinement(settings.refine_steps, settings.tolerance * settings.scale);
     return refined(SearchPath(settings, path, entry, leave, chord), by, x, above);
 }
@@ -304,6 +320,13 @@ const bool KEEPS_CLEARANCE = false;
 
 bool crosses(MarchSettings settings, UvPath path, PathEnd entry, PathEnd leave, bool chord, inout bool above,
              inout float clear, inout int limits, out Found along) {
+    if (one_height) {
+        float here = surface_level(settings, entry.uv), span = entry.t - leave.t;
+        bool was = above;
+        above = leave.t >= here;
+        along = span != 0.0 ? clamp((entry.t - here) / span, 0.0, 1.0) : 0.0;
+        return was != above && (was || settings.two_sided);
+    }
     along = search_whole(settings, path, entry, leave, chord, above, limits);
     return along <= 1.0;
 }

@@ -21,6 +21,8 @@ const int PLAIN = 12;     // not displaced: the triangle itself, traced so that 
 const int IRREGULAR = 13; // a ray may slip past its lid
 const int BORDER = 26;    // a ray may enter it otherwise than through its lid and base
 
+const int ONE_HEIGHT = 30; // its heights are all the same, and none of its walls has a step
+
 // Corner k lies at a border: a ray may enter by it alone.
 const int BRINK = 27; // to 29
 
@@ -51,6 +53,15 @@ bool is_plain(uint bits) {
     return false;
 #else
     return has_flag(bits, PLAIN);
+#endif
+}
+
+// ONE_HEIGHTS: some of the includer's prisms have one.
+bool has_one_height(uint bits) {
+#ifdef ONE_HEIGHTS
+    return has_flag(bits, ONE_HEIGHT);
+#else
+    return false;
 #endif
 }
 

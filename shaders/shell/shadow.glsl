@@ -107,6 +107,7 @@ bool prism_blocks(WalkRay ray, ShadowWay way, MarchSettings settings, uint id, f
     prism.t1 += penumbra.open ? penumbra.headroom : 0.0;
 #endif
     prism.plain = is_plain(corners.w);
+    enter_prism(corners.w);
     ShellHit hit = prism_trace(projected, prism, settings, distance, slope, near, ray.handedness);
     limits += hit.limits;
     return hit.hit && hit.depth < way.reach;

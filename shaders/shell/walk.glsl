@@ -511,6 +511,7 @@ WalkHit walk(WalkRay ray, MarchSettings settings, inout Standing at, WalkStart s
                                       walk_distance(ray, at, end.lambda, leave_t));
                 }
 #endif
+                enter_prism(at.corners.w);
                 crossed = crosses(settings, path, entry, end, chord, above, clear, hit.limits, found);
                 walks = !crossed;
                 clear_known = end.wall != EXIT_NONE;

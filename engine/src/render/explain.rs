@@ -78,6 +78,8 @@ pub struct PrimitiveFact {
     pub triangles: usize,
     /// Of these, plain ones within a shell.
     pub plain_triangles: usize,
+    /// And those whose heights are all the same.
+    pub level_triangles: usize,
     /// Lowest and highest level of its height field, mesh units.
     pub levels: Option<[f64; 2]>,
     /// Mean thickness of its prisms over that of the whole range.
@@ -198,6 +200,7 @@ fn primitive(scene: &Scene, planned: &PlannedPrimitive) -> PrimitiveFact {
         },
         triangles: primitive.triangles.len(),
         plain_triangles: planned.shell.prisms.iter().filter(|prism| prism.plain).count(),
+        level_triangles: planned.shell.prisms.iter().filter(|prism| prism.one_height).count(),
         levels: has_field.then_some([low, high]),
         thickness: (count > 0 && high > low).then(|| thick / f64::from(count) / (high - low)),
     }
@@ -304,6 +307,9 @@ impl fmt::Display for Explanation {
             write!(f, "  {}: {}, {} triangles of '{}'", p.name, p.drawn_as, p.triangles, p.material)?;
             if p.plain_triangles > 0 {
                 write!(f, ", {} of them plain", p.plain_triangles)?;
+            }
+            if p.level_triangles > 0 {
+                write!(f, ", {} of one height each", p.level_triangles)?;
             }
             if let Some([low, high]) = p.levels {
                 write!(f, "; levels {low:.6} to {high:.6}")?;

@@ -282,6 +282,7 @@ fn gpu_prism(planned: &PlannedPrimitive, index: usize) -> PrismData {
         packed |= u32::from(prism.behind[k]) << (23 + k);
     }
     packed |= u32::from(prism.plain) << 12;
+    packed |= u32::from(prism.one_height) << 30;
     let mut reach = [0.0; 2];
     if let Some(walk) = &planned.walk {
         packed |= u32::from(walk.irregular[index]) << 13;

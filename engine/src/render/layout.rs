@@ -168,7 +168,7 @@ shared! {
         /// Three vertices; w: 3 bits a wall for its kind, then 1 bit a wall for descending order, then 1 if plain, then 1
         /// if irregular (walk); from bit 14 on 3 bits a wall for the neighbour's field, then 1 bit a wall if its surface
         /// is hit from behind too; bit 26 if a ray may enter otherwise than through lid and base, then 1 bit a corner if it
-        /// lies at a border (walk).
+        /// lies at a border (walk); bit 30 if its heights are all the same.
         corners: UVec4,
         /// Lowest and highest level of its surface and steps; for the walk, least base and greatest lid of its corners.
         range: Vec4,

@@ -138,6 +138,8 @@ pub struct Height {
     pub steps: bool,
     /// Triangles of it may be plain.
     pub plain: bool,
+    /// Triangles of it have one height, which one step finds.
+    pub one_heights: bool,
     /// The search.
     pub march: March,
     /// Discard outside the primitive's UV bounds.
@@ -552,6 +554,7 @@ impl Variant {
             flag("HAS_HEIGHT", true);
             flag("NO_STEPS", self.geometry.stage().is_some() && !height.steps);
             flag("NO_PLAIN", self.geometry.stage().is_some() && !height.plain);
+            flag("ONE_HEIGHTS", height.one_heights);
             flag("MARCH_TRACES", height.march.traces());
             flag("MARCH_MOVES", height.march.moves());
             flag("MARCH_OFFSET", height.march == March::Offset);

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DVec2, Vec2};
 
-use super::bounds::FieldBounds;
+use super::bounds::{self, FieldBounds};
 use crate::scene::{Displacement, HeightSource, Mesh, Primitive, Scene, Wrap};
 
 /// How the surface goes on across a wall. The numbers are those of `shaders/shell/prism_bits.glsl`.
@@ -53,6 +53,8 @@ pub struct Prism {
     pub behind: [bool; 3],
     /// Lowest and highest level that the surface or a wall can have in it, mesh units.
     pub range: [f64; 2],
+    /// Its heights are all the same, and none of its walls has a step.
+    pub one_height: bool,
     /// Not displaced, by its material or because all its r are 0. It is traced all the same, so that it meets its
     /// neighbours without a crack; the rasteriser, which moves vertices to its own grid, would leave one.
     pub plain: bool,
@@ -207,6 +209,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     field: [0; 3],
                     behind: [false; 3],
                     range: if plain { [0.0, 0.0] } else { ranges[p][t] },
+                    one_height: false,
                     plain,
                 };
                 let mut scale = primitive.displacement_scale;
@@ -255,11 +258,23 @@ pub fn build(scene: &Scene, mesh: &Mesh, factors: &[f64]) -> Vec<ShellGeometry> 
                     }
                 }
                 prism.range = padded(prism.range, scale);
+                let steps = prism.walls.iter().any(|wall| !matches!(wall, Wall::Same | Wall::Open));
+                prism.one_height =
+                    !plain && !steps && !mesh.deforms && has_one_height(scene, primitive, &uvs[p], triangle);
                 geometry.prisms.push(prism);
             }
             geometry
         })
         .collect()
+}
+
+/// Whether a triangle's height map has one height wherever it reads it.
+fn has_one_height(scene: &Scene, primitive: &Primitive, uvs: &[Vec2], triangle: [u32; 3]) -> bool {
+    let Some(displacement) = displacement(scene, primitive) else { return false };
+    let Some(map) = displacement.source.map() else { return false };
+    let [a, b, c] = triangle.map(|v| uvs[v as usize].as_dvec2());
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    bounds::constant_over(&scene.height_maps[map], displacement.wrap, low, high).is_some()
 }
 
 /// Room for the rounding of levels in f32, and a thickness for surfaces of constant height.

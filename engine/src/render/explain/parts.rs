@@ -52,6 +52,7 @@ pub fn of(variant: &Variant) -> Vec<Part> {
         "the heights agree, or end",
     );
     part("plain prisms", shell && height(|h| h.plain), "some triangles are plain", "all are displaced, or all plain");
+    part("one step", height(|h| h.one_heights), "some triangles have one height", "none has, or all are marched");
     part("self-shadow", height(|h| h.self_shadow), "rays go toward the lights", "not asked for, or no light can graze");
     part(
         "re-entry of shadow rays",

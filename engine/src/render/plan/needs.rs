@@ -120,6 +120,19 @@ pub fn plain_prisms(geometry: &ShellGeometry, deforms: bool) -> Need {
     Need::when(plain > 0, format!("{plain} of its triangles are plain"), "all its triangles are displaced")
 }
 
+/// Code that takes one step where a triangle has one height.
+pub fn one_heights(geometry: &ShellGeometry, settings: &Settings) -> Need {
+    let level = geometry.prisms.iter().filter(|prism| prism.one_height).count();
+    match settings.keep_all {
+        true => Need::No("--keep-all marches in every prism".into()),
+        false => Need::asked(
+            level > 0,
+            format!("{level} of its triangles have one height each"),
+            "no triangle has one height all over",
+        ),
+    }
+}
+
 /// Each texture of a material, in the order of [`Material::textures`].
 pub fn textures(material: &Material) -> [Need; 7] {
     let masked = material.alpha_cutoff.is_some();
