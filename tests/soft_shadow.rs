@@ -7,7 +7,7 @@ use glam::DVec3;
 use prism_engine::{
     aov::Aov,
     render::plan,
-    scene::{Camera, Light, Scene},
+    scene::{Camera, Light, Mesh, Scene},
     settings::{March, SelfShadow, Settings, Shell, Stage},
     shell::reference::{Reference, Shadows},
 };
@@ -83,6 +83,31 @@ fn the_torus_sees_as_much_of_every_kind_of_light_as_the_reference_does() {
             let off = Difference::new(&format!("torus {shell} {name}"), &test, truth, |_| true);
             assert!(off.counted > 2000 && off.penumbra > 20);
             assert!(off.mean < 1e-3 && off.seen < 1e-2);
+            assert_eq!(easel.limits_reached(), 0);
+        }
+    }
+}
+
+/// Heights that are functions: round, so that next to each point nothing but its own tangent plane hides the disc.
+#[test]
+fn under_functions_as_much_is_seen_as_by_the_reference() {
+    let rig = Rig::new();
+    let mut scene = rig::asset("procedural.gltf");
+    // What nothing displaces has no shadow of its own.
+    let displaced = |mesh: &Mesh| mesh.primitives.iter().any(|p| p.displacement_scale != 0.0);
+    scene.instances.retain(|instance| displaced(&scene.meshes[instance.mesh]));
+    let camera = scene.camera.expect("the assets have cameras");
+    let lights = [("the file's", scene.lights[0]), ("25°", sun([25.0, 40.0]))];
+    let truths = lights.map(|(_, light)| truth(&scene, light, &camera));
+    for (shell, stage) in SHELLS.into_iter().zip(rig::STAGES) {
+        let mut easel = rig.easel(&lit_by(&scene, lights[0].1), &soft(rig::exact(shell, stage)), SIZE);
+        easel.assert_stage(stage);
+        for ((name, light), truth) in lights.iter().zip(&truths) {
+            easel.set_light(*light);
+            let test = easel.draw(&camera);
+            let off = Difference::new(&format!("functions {shell} {name}"), &test, truth, |_| true);
+            assert!(off.counted > 2000 && off.penumbra > 20);
+            assert!(off.mean < 1e-4 && off.seen < 1e-3);
             assert_eq!(easel.limits_reached(), 0);
         }
     }

@@ -228,11 +228,17 @@ void shade_hit(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, Pri
     settings.max_steps = int(material.shadow.z);
     settings.min_steps = min(settings.min_steps, settings.max_steps);
 #endif
+#ifdef SOFT_SHADOW
+    vec3 seen_normal = shaded.surface.geometric;
+    vec3 field_normal = object.world_x.xyz * seen_normal.x + object.world_y.xyz * seen_normal.y +
+                        object.world_z.xyz * seen_normal.z;
+    field_normal = hit.wall < 0 && displaced ? field_normal : vec3(0.0);
+#endif
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         if (shaded.visibility.light[i] > 0.0) {
             ShadowWay way = way_to_light(object, shaded.surface, i);
 #ifdef SOFT_SHADOW
-            way = toward_limb(way, v, hit.lambda, side);
+            way = toward_limb(way, v, hit.lambda, field_normal, side);
 #endif
             float seen = shadow_blocked(start, way, settings, limit, limits) ? 0.0 : 1.0;
 #ifdef SOFT_SHADOW

@@ -54,8 +54,9 @@ ShadowWay way_to_light(Object object, Surface surface, int i) {
 const float PENUMBRA_ROUNDING = 1e-6;
 
 // The way to the upper limb of a round light, whose penumbra is open from then on. A surface seen from below has none:
-// prisms are followed above it alone.
-ShadowWay toward_limb(ShadowWay way, Vertex v[3], vec3 lambda, float side) {
+// prisms are followed above it alone. normal: mesh space, of the field where the way begins; zero on a wall. Its plane
+// hides what of the disc is below it, whatever comes after: next to the start clearances are rounding.
+ShadowWay toward_limb(ShadowWay way, Vertex v[3], vec3 lambda, vec3 normal, float side) {
     if (side < 0.0) {
         return way;
     }
@@ -67,8 +68,9 @@ ShadowWay toward_limb(ShadowWay way, Vertex v[3], vec3 lambda, float side) {
     float size = length(limb);
     way = ShadowWay(limb / size, way.reach * size);
     float rounding = PENUMBRA_ROUNDING * (length(v[0].position.xyz) + material.displacement.x);
-    penumbra = Penumbra(true, 2.0 * tilt / size, material.shadow.y, material.shadow.w, way.reach, rounding, 1.0,
-                        vec3(0.0));
+    float spread = 2.0 * tilt / size, rise = dot(normal, lift);
+    float least = rise > 0.0 ? clamp(dot(normal, way.toward) / (rise * max(spread, 1e-30)), 0.0, 1.0) : 1.0;
+    penumbra = Penumbra(true, spread, material.shadow.y, material.shadow.w, way.reach, rounding, least, vec3(0.0));
     return way;
 }
 #endif
