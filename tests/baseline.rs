@@ -78,14 +78,25 @@ fn hard_edges_seams_and_folds_leave_a_micro_mesh_whole() {
     }
 }
 
+/// A scene whose first instance a mirror turns around.
+fn mirrored(scene: &Scene) -> Scene {
+    let mut mirrored = scene.clone();
+    mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    mirrored
+}
+
+/// A scene of which both sides show.
+fn double_sided(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.materials.iter_mut().for_each(|material| material.double_sided = true);
+    scene
+}
+
 #[test]
 fn culling_leaves_out_nothing_that_is_seen() {
     let rig = device();
     let scene = rig::asset("torus.gltf");
-    let mut mirrored = scene.clone();
-    mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    let mut double_sided = scene.clone();
-    double_sided.materials.iter_mut().for_each(|material| material.double_sided = true);
+    let (mirrored, double_sided) = (mirrored(&scene), double_sided(&scene));
     // So smooth that patches which face away are told by a cone around their normals.
     let mut smooth = flat("torus");
     smooth
@@ -122,10 +133,7 @@ fn culling_leaves_out_nothing_that_is_seen() {
 fn a_visibility_buffer_shows_the_same_micro_mesh() {
     let rig = device();
     let torus = rig::asset("torus.gltf");
-    let mut mirrored = torus.clone();
-    mirrored.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    let mut double_sided = torus.clone();
-    double_sided.materials.iter_mut().for_each(|material| material.double_sided = true);
+    let (mirrored, double_sided) = (mirrored(&torus), double_sided(&torus));
     let own = |scene: &Scene| scene.camera.expect("a camera");
     let seen = |eye: [f64; 3], target: [f64; 3]| {
         own(&torus).overridden(Some(eye.into()), Some(target.into()), None).expect("a camera")

@@ -229,10 +229,8 @@ void shade_hit(Object object, uint id, uvec3 corners, Vertex v[3], vec2 ndc, Pri
     settings.min_steps = min(settings.min_steps, settings.max_steps);
 #endif
 #ifdef SOFT_SHADOW
-    vec3 seen_normal = shaded.surface.geometric;
-    vec3 field_normal = object.world_x.xyz * seen_normal.x + object.world_y.xyz * seen_normal.y +
-                        object.world_z.xyz * seen_normal.z;
-    field_normal = hit.wall < 0 && displaced ? field_normal : vec3(0.0);
+    mat3 to_mesh = mat3(object.world_x.xyz, object.world_y.xyz, object.world_z.xyz);
+    vec3 field_normal = hit.wall < 0 && displaced ? to_mesh * shaded.surface.geometric : vec3(0.0);
 #endif
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         if (shaded.visibility.light[i] > 0.0) {

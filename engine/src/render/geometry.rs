@@ -1,5 +1,7 @@
 //! A primitive as the shaders read it: vertices, prisms, indices, material.
 
+use std::borrow::Cow;
+
 use glam::{DAffine2, DVec2, DVec3, UVec3, UVec4, Vec2, Vec4};
 
 use super::layout::{BoxNode, Material as GpuMaterial, PrismData, SurfaceVertex, Vertex};
@@ -92,10 +94,7 @@ impl PrimitiveData {
         let center = center(&scene.meshes[planned.mesh]);
         // f32 keeps a deforming mesh's centre, so that the GPU rebases with one rounding, as is done here.
         let center = if planned.deforms { center.as_vec3().as_dvec3() } else { center };
-        let height_uv = match &displacement {
-            Some(d) if planned.shell.height_uv.is_empty() => prisms::height_uvs(primitive, d),
-            _ => planned.shell.height_uv.clone(),
-        };
+        let height_uv = displacement.as_ref().map_or_else(Cow::default, |d| planned.shell.height_uvs(primitive, d));
         let framed = settings.resolved_shell() == Shell::Off
             && !planned.deforms
             && plan::tangents::from_mesh(material, primitive, settings);

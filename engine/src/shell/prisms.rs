@@ -1,6 +1,9 @@
 //! The prisms of a primitive: which triangles become one, how their walls continue, and their ranges of levels.
 
-use std::collections::{HashMap, HashSet};
+use std::{
+    borrow::Cow,
+    collections::{HashMap, HashSet},
+};
 
 use glam::{DVec2, Vec2};
 
@@ -93,6 +96,14 @@ pub struct ShellGeometry {
 }
 
 impl ShellGeometry {
+    /// Its [`Self::height_uv`], made for a displaced primitive that is drawn without a shell.
+    pub fn height_uvs(&self, primitive: &Primitive, displacement: &Displacement) -> Cow<'_, [Vec2]> {
+        if self.height_uv.is_empty() {
+            return height_uvs(primitive, displacement).into();
+        }
+        Cow::Borrowed(&self.height_uv)
+    }
+
     /// Whether any of its triangles is displaced; else all of its prisms, if it has any, are plain.
     pub fn is_displaced(&self) -> bool {
         self.prisms.iter().any(|prism| !prism.plain)

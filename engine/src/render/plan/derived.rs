@@ -35,16 +35,8 @@ impl Derived {
         let same = !deforms && primitive.normals.iter().zip(shell_normals).all(along);
         let why = if deforms { "a pose may shorten shell directions" } else { "some are not its shell's directions" };
         let normals = Need::when(!(shell.is_displaced() && same), why, "they are its shell's directions");
-        let made;
-        let height_uvs = match &shell.height_uv {
-            none if none.is_empty() => {
-                made = prisms::height_uvs(primitive, &displacement);
-                &made
-            }
-            given => given,
-        };
         let set = displacement.tex_coord;
-        let shared = !ledger.keeps_all() && primitive.uvs[set] == *height_uvs;
+        let shared = !ledger.keeps_all() && primitive.uvs[set] == *shell.height_uvs(primitive, &displacement);
         Derived { normals: !ledger.decide(of, "normals", normals), uvs: shared.then_some(set as u8) }
     }
 }
