@@ -250,6 +250,21 @@ fn cases() -> Vec<Case> {
             ..Case::shell("the same on a shell", mapped(displaced(bumps, 0.2, 0.5)))
         },
         Case {
+            images: &["metallic_roughness_map", "specular_map"],
+            has: &["white", "uvs_0"],
+            ..Case::plain(
+                "textures that two slots read",
+                with(floor(), &|scene| {
+                    let texture = textured(scene, 255);
+                    let material = &mut scene.materials[0];
+                    material.metallic_roughness = Some(texture);
+                    material.occlusion = Some((texture, 0.5));
+                    material.specular_map = Some(texture);
+                    material.specular_color = Some(texture);
+                }),
+            )
+        },
+        Case {
             lacks: &["white", "uvs_0", "uvs_1", "tangents"],
             ..Case::plain(
                 "textures that nothing of shows",

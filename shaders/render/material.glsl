@@ -68,15 +68,20 @@ MaterialPoint material_at(TexturePoint at[2]) {
     // KHR_materials_specular.
     vec4 specular = material.specular;
 #ifdef SPECULAR_UV
-    specular.w *= sample_map(specular_map, material.specular_uv, at[SPECULAR_UV]).a;
+    vec4 reflects = sample_map(specular_map, material.specular_uv, at[SPECULAR_UV]);
+    specular.w *= reflects.a;
 #endif
-#ifdef SPECULAR_COLOR_UV
+#if defined(SPECULAR_COLOR_WITH_SPECULAR)
+    specular.rgb *= reflects.rgb;
+#elif defined(SPECULAR_COLOR_UV)
     specular.rgb *= sample_map(specular_color_map, material.specular_color_uv, at[SPECULAR_COLOR_UV]).rgb;
 #endif
     m.reflectance = specular.w * vec4(min(0.04 * specular.rgb, 1.0), 1.0);
 #endif
     m.reflectance = mix(m.reflectance, vec4(m.base_color.rgb, 1.0), m.metallic);
-#ifdef OCCLUSION_UV
+#if defined(OCCLUSION_WITH_METALLIC_ROUGHNESS)
+    m.occlusion = 1.0 + material.factors.w * (mr.r - 1.0);
+#elif defined(OCCLUSION_UV)
     m.occlusion = 1.0 + material.factors.w * (sample_map(occlusion_map, material.occlusion_uv, at[OCCLUSION_UV]).r - 1.0);
 #endif
 #ifdef EMISSIVE_UV

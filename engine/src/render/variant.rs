@@ -21,6 +21,11 @@ pub const TEXTURE_DEFINES: [&str; 7] = [
     "SPECULAR_COLOR_UV",
 ];
 
+/// Slots that a material may fill with one texture, other channels of it: the second is then read with the first, and says
+/// so to the shader.
+pub const READ_TOGETHER: [(usize, usize, &str); 2] =
+    [(1, 3, "OCCLUSION_WITH_METALLIC_ROUGHNESS"), (5, 6, "SPECULAR_COLOR_WITH_SPECULAR")];
+
 /// The descriptor names of the same slots.
 pub const TEXTURE_NAMES: [&str; 7] = [
     "base_color_map",
@@ -185,6 +190,8 @@ pub struct Variant {
     pub depth_stands: bool,
     /// UV set of each texture that the material has.
     pub textures: [Option<u8>; 7],
+    /// Which pairs of [`READ_TOGETHER`] are; the second has no place in `textures` then.
+    pub read_together: [bool; 2],
     /// What is no metal reflects otherwise than by 4 %.
     pub specular: bool,
     /// Channels of roughness and metallic in their texture.
@@ -340,6 +347,7 @@ impl Variant {
             depth_stands: false,
             visibility: false,
             textures: [base_color.filter(|_| self.alpha_mask), None, None, None, None, None, None],
+            read_together: [false; 2],
             specular: false,
             channels: [Channel::G, Channel::B],
             occludes_light: false,
@@ -602,6 +610,11 @@ impl Variant {
         for (name, set) in TEXTURE_DEFINES.iter().zip(self.textures) {
             if let Some(set) = set {
                 defines.push((name, set.to_string()));
+            }
+        }
+        for ((_, _, name), together) in READ_TOGETHER.iter().zip(self.read_together) {
+            if together {
+                defines.push((name, String::new()));
             }
         }
         defines

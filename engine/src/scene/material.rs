@@ -89,7 +89,8 @@ pub(super) fn import(
     let extension = source.extensions.as_ref().and_then(|extensions| extensions.specular.clone()).unwrap_or_default();
     let [specular] = user.finite("specularFactor", [extension.specular_factor.0])?;
     let specular_color_factor = user.finite("specularColorFactor", extension.specular_color_factor.0)?;
-    let specular_map = user.info("specular texture", extension.specular_texture.as_ref(), false)?;
+    // Alpha is linear in an sRGB image too, and so it can be one image with the colours.
+    let specular_map = user.info("specular texture", extension.specular_texture.as_ref(), true)?;
     let specular_color = user.info("specular colour texture", extension.specular_color_texture.as_ref(), true)?;
     let alpha_cutoff = alpha_cutoff(source, &user, notices)?;
     let (displacement, depth_offset) = match &source.extras {

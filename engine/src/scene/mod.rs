@@ -157,7 +157,7 @@ pub struct Sampler {
 }
 
 /// One use of an image by a material.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureRef {
     /// Index into [`Scene::images`].
     pub image: usize,

@@ -6,7 +6,7 @@ use super::fade::{self, Span};
 use super::ledger::Need;
 use super::lights::shadowed_lights;
 use super::{Draw, Plan, needs, primitive_name, tangents};
-use crate::render::variant::{Geometry, Height, Pass, TEXTURE_NAMES, Variant};
+use crate::render::variant::{Geometry, Height, Pass, READ_TOGETHER, TEXTURE_NAMES, Variant};
 use crate::scene::{DepthOffset, Displacement, Instance, Material, Scene};
 use crate::settings::{Baseline, March, Normals, SelfShadow, Settings, Shell, Silhouette, Stage, View};
 use crate::shell::prisms::{self, MAX_OTHERS};
@@ -30,8 +30,12 @@ pub(super) fn plan_draws(
     let of_material = format!("material '{}'", material.name);
     let ledger = &mut plan.ledger;
     let mut textures = textures(material);
-    for ((texture, what), need) in textures.iter_mut().zip(TEXTURE_NAMES).zip(needs::textures(material)) {
+    let (needed, mut read_together) = needs::textures(material);
+    for ((texture, what), need) in textures.iter_mut().zip(TEXTURE_NAMES).zip(needed) {
         *texture = texture.filter(|_| ledger.decide(&of_material, what, need));
+    }
+    for (together, (_, second, _)) in read_together.iter_mut().zip(READ_TOGETHER) {
+        *together = *together && textures[second].is_none();
     }
     let shifts = |offset: &DepthOffset| {
         let need = Need::when(offset.distance > 0.0, "it moves the depth", "its distance is 0");
@@ -42,6 +46,7 @@ pub(super) fn plan_draws(
     let plain = Variant {
         geometry: Geometry::Surface,
         textures,
+        read_together,
         specular: ledger.decide(&of_material, "specular", needs::specular(material)),
         channels: [material.roughness_channel, material.metallic_channel],
         occludes_light: settings.occlusion_light > 0.0 && !scene.lights.is_empty(),

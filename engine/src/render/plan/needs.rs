@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use super::ledger::Need;
-use crate::render::variant::Vertices;
+use crate::render::variant::{READ_TOGETHER, TEXTURE_NAMES, Vertices};
 use crate::scene::{HeightMap, HeightTexels, Instance, Light, LightKind, Material, Mesh, Primitive, Scene};
 use crate::settings::{DepthPrepass, PrismCulling, SelfShadow, Settings, Shell, Stage};
 use crate::shell::{
@@ -133,8 +133,21 @@ pub fn one_heights(geometry: &ShellGeometry, settings: &Settings) -> Need {
     }
 }
 
-/// Each texture of a material, in the order of [`Material::textures`].
-pub fn textures(material: &Material) -> [Need; 7] {
+/// Each texture of a material, in the order of [`Material::textures`], and which pairs of [`READ_TOGETHER`] are one.
+pub fn textures(material: &Material) -> ([Need; 7], [bool; 2]) {
+    let (mut needed, all) = (each_texture(material), material.textures());
+    let pairs = READ_TOGETHER.map(|(first, second, _)| {
+        let read = |slot: usize| matches!(needed[slot], Need::Yes(_));
+        let one = all[first] == all[second] && read(first) && read(second);
+        if one {
+            needed[second] = Need::Idle(format!("it is {}, read once for both", TEXTURE_NAMES[first]));
+        }
+        one
+    });
+    (needed, pairs)
+}
+
+fn each_texture(material: &Material) -> [Need; 7] {
     let masked = material.alpha_cutoff.is_some();
     let need = |has: bool, read: bool, why_not: &str| match has {
         true => Need::when(read, "the material has it", why_not),
