@@ -12,6 +12,7 @@ use prism_engine::{
         self, Output,
         explain::{Explanation, Situation},
         plan::{self, Plan},
+        variant::UNIFORM_LIGHTS,
     },
     scene::{
         Ambient, Camera, ColorImage, DepthOffset, Displacement, HeightMap, HeightSource, HeightTexels, Instance, Light,
@@ -586,7 +587,7 @@ fn a_pipeline_s_parts_are_those_of_its_code() {
             assert_eq!(part("gl_FragDepth"), module.replaces_depth, "{of}");
             assert_eq!(part("conservative depth"), module.only_behind, "{of}");
             assert_eq!(part("discard"), module.discards, "{of}");
-            assert_eq!(part("lights"), bound("lights"), "{of}");
+            assert_eq!(part("lights"), bound("LightBlock"), "{of}");
             assert_eq!(part("min-max pyramid"), bound("pyramid"), "{of}");
             assert_eq!(part("cone map"), bound("cone_map"), "{of}");
             assert_eq!(part("dither"), bound("blue_noise"), "{of}");
@@ -689,6 +690,24 @@ fn a_triangle_of_one_height_takes_one_step() {
     scene.materials[0].displacement.as_mut().unwrap().border_wall = true;
     let plan = plan::plan(&scene, &Settings::default(), Stage::Mesh, false);
     assert!(plan.primitives[0].shell.prisms.iter().all(|prism| !prism.one_height));
+}
+
+/// More lights than a uniform buffer has room for are stored, and light the same together as one of their sum.
+#[test]
+fn lights_beyond_a_uniform_buffer_light_the_same() {
+    let rig = able();
+    let mut scene = displaced(bumps, 0.02, 0.5);
+    let [one, many] = [1, UNIFORM_LIGHTS + 1].map(|count| {
+        let light = sun(DVec3::new(0.3, -1.0, -0.2));
+        scene.lights = vec![Light { intensity: light.intensity / count as f64, ..light }; count];
+        let settings = Settings { march: March::Relief, ..Settings::default() };
+        let stored = plan::plan(&scene, &settings, Stage::Mesh, false).draws[0].variant.defines();
+        assert_eq!(stored.iter().any(|(name, _)| *name == "STORED_LIGHTS"), count > UNIFORM_LIGHTS);
+        rig.easel(&scene, &settings, EXTENT).picture(&scene.camera.unwrap())
+    });
+    let most = one.iter().zip(&many).map(|(one, many)| one.abs_diff(*many)).max();
+    let lit = one.chunks_exact(4).filter(|pixel| pixel[0] > 128).count();
+    assert!(lit > 400 && most <= Some(1), "{lit} pixels are lit, {most:?} codes apart");
 }
 
 /// A picture with several samples a pixel has no surface data beside it, and shows coordinates all the same.

@@ -59,6 +59,10 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let tightest = args.errors.iter().copied().fold(f64::INFINITY, f64::min);
     let ours = judge.ours(&mut device, tightest)?;
     let fastest = judge.fastest(&mut device, &ours, &args.errors, args.rounds())?;
+    progress.tell("measuring them by each stage");
+    let by_stage =
+        |judged: Option<Judged>| judged.map(|judged| judge.by_stage(&mut device, judged, args.rounds())).transpose();
+    let fastest = fastest.into_iter().map(by_stage).collect::<Result<Vec<_>>>()?;
     let mut pairs = Vec::new();
     for (error, ours) in args.errors.iter().copied().zip(fastest) {
         progress.tell(&format!("looking for the micro-mesh within {error} footprints"));
@@ -134,11 +138,12 @@ impl Bench {
     /// One error's contest.
     fn contest(&mut self, scene: &Scene, pair: &Pair) -> Result<()> {
         let what = format!("{} footprints", pair.error);
-        let mut others = Vec::new();
+        let (mut by_cluster, mut others) = (Vec::new(), Vec::new());
         if let Some((density, metrics)) = pair.micro_mesh {
-            for variant in variants::micro_meshes(density) {
+            for (variant, culls_clusters) in variants::micro_meshes(density) {
                 let place = self.place(SCENE, scene, &variant)?;
                 self.time(&format!("{what}: micro-mesh"), place, &variant, Some(metrics));
+                by_cluster.extend(culls_clusters.then_some(place));
                 others.push(place);
             }
         }
@@ -147,21 +152,24 @@ impl Bench {
             self.time(&format!("{what}: diced"), place, variant, Some(*metrics));
             others.push(place);
         }
-        let mut measured = None;
+        let mut own = None;
         if let Some(ours) = &pair.ours {
             let place = self.place(SCENE, scene, &ours.variant)?;
             self.time(&format!("{what}: ours"), place, &ours.variant, Some(ours.metrics));
-            measured = (!others.is_empty()).then_some(Measured::Under(others, place));
+            own = Some(place);
         }
         let target = variants::SPEEDUPS.iter().find(|(error, _)| *error == pair.error);
-        let row = Row {
-            name: format!("{what}: times faster than the fastest baseline"),
-            setting: pair.ours.as_ref().map_or("none is within the error".to_owned(), |o| o.variant.name.clone()),
-            unit: "×",
-            target: target.map(|(_, speedup)| Target::AtLeast(*speedup)),
-            ..Row::default()
-        };
-        self.push(row, measured);
+        for (than, others) in [("micro-mesh culled by cluster", by_cluster), ("fastest baseline", others)] {
+            let row = Row {
+                name: format!("{what}: times faster than the {than}"),
+                setting: pair.ours.as_ref().map_or("none is within the error".to_owned(), |o| o.variant.name.clone()),
+                unit: "×",
+                target: target.map(|(_, speedup)| Target::AtLeast(*speedup)),
+                ..Row::default()
+            };
+            let measured = own.filter(|_| !others.is_empty()).map(|place| Measured::Under(others, place));
+            self.push(row, measured);
+        }
         Ok(())
     }
 
@@ -213,7 +221,7 @@ impl Bench {
         let shell = shell.transpose()?;
         for pair in pairs {
             let Some((density, _)) = pair.micro_mesh else { continue };
-            let Some(variant) = variants::micro_meshes(density).into_iter().next() else { continue };
+            let Some((variant, _)) = variants::micro_meshes(density).into_iter().next() else { continue };
             let counts = |name: &str| name.contains("micro-") || name == CULLS_BY;
             let bytes = self.device.footprint(scene, &variant.settings, counts)?;
             self.push(

@@ -1,6 +1,6 @@
 //! What takes part in the contest, as data.
 
-use prism_engine::settings::{Baseline, Culling, Dicer, March, Settings, Shell};
+use prism_engine::settings::{Baseline, Culling, Dicer, March, Settings, Shell, Stage, VisibilityBuffer};
 
 /// Our shells. A new one takes part with its name here.
 const SHELLS: &[Shell] = &[Shell::Walk, Shell::Prism];
@@ -20,14 +20,15 @@ const MARCHES: &[(March, &[(u32, u32)])] = &[
 /// Of the height range; within it a secant step is the last. The default, a hundredth, is a tenth of a footprint here.
 const SECANT_TOLERANCE: f32 = 0.001;
 
-/// How a micro-mesh is drawn.
-const MICRO_MESHES: &[(&str, Culling)] = &[
-    ("culled by cluster", Culling::Clusters),
-    ("culled by triangle", Culling::Triangles),
-    ("not culled", Culling::Off),
+/// How a micro-mesh is drawn. A visibility buffer looks its corners up; without one they come by indices and a vertex cache.
+const MICRO_MESHES: &[(&str, Culling, VisibilityBuffer)] = &[
+    ("culled by cluster", Culling::Clusters, VisibilityBuffer::Auto),
+    ("culled by cluster, indexed", Culling::Clusters, VisibilityBuffer::Off),
+    ("culled by triangle", Culling::Triangles, VisibilityBuffer::Auto),
+    ("not culled", Culling::Off, VisibilityBuffer::Auto),
 ];
 
-/// How many times faster than the fastest baseline a shell has to be, by depth error in pixel footprints.
+/// How many times faster than a baseline a shell has to be, by depth error in pixel footprints.
 pub const SPEEDUPS: &[(f64, f64)] = &[(0.5, 2.0), (0.1, 8.0)];
 /// The tightest error's setting, in floors.
 pub const OVER_FLOOR: f64 = 5.0;
@@ -73,14 +74,18 @@ pub fn ours() -> Vec<Vec<Variant>> {
     lists
 }
 
-/// Every way to draw a micro-mesh of a density.
-pub fn micro_meshes(density: u32) -> Vec<Variant> {
-    let variant = |(way, culling): &(&str, Culling)| Variant {
-        name: format!("micro-mesh {density}, {way}"),
-        settings: Settings {
-            baseline: Some(Baseline::MicroMesh { density, culling: *culling }),
-            ..Settings::default()
-        },
+/// One of ours by a stage.
+pub fn by_stage(variant: &Variant, stage: Stage) -> Variant {
+    let name = format!("{}, {stage} stage", variant.name);
+    Variant { name, settings: Settings { stage, ..variant.settings.clone() } }
+}
+
+/// Every way to draw a micro-mesh of a density; true for those culled by cluster, which is the common way.
+pub fn micro_meshes(density: u32) -> Vec<(Variant, bool)> {
+    let variant = |&(way, culling, visibility_buffer): &(&str, Culling, VisibilityBuffer)| {
+        let baseline = Some(Baseline::MicroMesh { density, culling });
+        let settings = Settings { baseline, visibility_buffer, ..Settings::default() };
+        (Variant { name: format!("micro-mesh {density}, {way}"), settings }, culling == Culling::Clusters)
     };
     MICRO_MESHES.iter().map(variant).collect()
 }

@@ -40,7 +40,7 @@ void main() {
         }
     }
     DicedVertex vertex = diced_vertex(triangle, place);
-    gl_Position = clip_position(objects.item[draw.object], vertex.position);
+    gl_Position = clip_position(drawn, vertex.position);
     out_position = vertex.position;
     out_normal = vertex.normal;
 #ifdef VERTEX_UVS

@@ -63,7 +63,7 @@ float steps_at(Object object, vec3 a, vec3 b, float depth) {
     precise vec3 across = transform_point(object.world_x, object.world_y, object.world_z, a) -
                           transform_point(object.world_x, object.world_y, object.world_z, b);
     precise float squared = dot(across, across);
-    precise float steps = sqrt(squared) * draw.fineness / (frame.counts.y != 0u ? max(depth, frame.lens.z) : 1.0);
+    precise float steps = sqrt(squared) * draw.fineness / (frame.projection.x != 0u ? max(depth, frame.lens.z) : 1.0);
     return steps;
 }
 
@@ -126,7 +126,7 @@ vec3 base_at(DicedTriangle triangle, ivec3 corner) {
 
 // The patch of a number in the draw.
 Patch patch_of(uint item) {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     int splits = int(draw.splits);
     Patch patch_;
     patch_.triangle = draw.first + item / (draw.splits * draw.splits);
@@ -333,7 +333,7 @@ float steepness(Patch patch_, float even, float uneven) {
 // Whether nothing of a patch can be seen: it is outside the picture, or all of it faces away. By the hull of its corners at
 // the lowest and the highest level, in which all of its surface lies, and a cone around all normals.
 bool is_hidden(Patch patch_, float steep) {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     DicedTriangle triangle = diced_triangles.item[patch_.triangle];
     vec3 points[12];
     for (int k = 0; k < 3; ++k) {

@@ -16,7 +16,7 @@ layout(location = 1) out vec3 out_normal;
 layout(location = 2) out vec4 out_uvs;
 
 void main() {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, in_position);
     float view_depth = dot(object.depth.xyz, in_position) + object.depth.w;
     gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);

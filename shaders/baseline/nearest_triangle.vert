@@ -10,7 +10,7 @@ invariant gl_Position;
 layout(location = 0) flat out uint out_triangle;
 
 void main() {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     vec3 position = micro_position(6u * micro_indices.item[gl_VertexIndex]);
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, position);
     float view_depth = dot(object.depth.xyz, position) + object.depth.w;

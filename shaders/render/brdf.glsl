@@ -112,15 +112,15 @@ vec3 ambient(Surface surface) {
 // Scene-linear radiance toward the viewer.
 vec3 shade(Surface surface, Visibility visibility) {
     vec3 sum = ambient(surface) + surface.emissive;
-#ifdef HAS_LIGHTS
+#ifdef LIGHTS
 #ifdef OCCLUSION_LIGHT
     float direct = mix(1.0, surface.occlusion, frame.origin.z);
 #else
     const float direct = 1.0;
 #endif
-    for (uint i = 0u; i < frame.counts.x; ++i) {
+    for (uint i = 0u; i < LIGHTS; ++i) {
         vec3 toward;
-        vec3 arriving = light_arriving(lights.item[i], surface.position, toward);
+        vec3 arriving = light_arriving(lights[i], surface.position, toward);
         sum += direct * light_visible(visibility, i) * arriving * reflected(surface, toward);
     }
 #endif

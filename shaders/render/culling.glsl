@@ -93,7 +93,7 @@ float away_by(vec2 a, vec2 b, vec2 c, float facing) {
 
 // Which test drops the item, or SHOWS.
 uint verdict(uint prism) {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     vec4 corners[6];
     hull_corners(object, prisms.item[prism], corners);
 

@@ -9,7 +9,7 @@
 layout(location = 0) flat out vec3 out_line;
 
 void main() {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
 #ifdef PRISM_EDGES
     PrismData prism = prisms.item[gl_VertexIndex / 18];
     int edge = gl_VertexIndex % 18 / 2, end = gl_VertexIndex & 1;

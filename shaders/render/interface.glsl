@@ -13,9 +13,12 @@
 #endif
 
 layout(std140, set = 0, binding = 0) uniform FrameBlock { Frame frame; };
-layout(std430, set = 0, binding = 1) readonly buffer ObjectBlock { Object item[]; } objects;
-#ifdef HAS_LIGHTS
-layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light item[]; } lights;
+// What every lane reads alike is uniform also where the compiler cannot tell: lavapipe reads storage lane by lane.
+layout(std140, set = 0, binding = 1) uniform ObjectBlock { Object drawn; };
+#if defined(STORED_LIGHTS)
+layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light lights[]; };
+#elif defined(LIGHTS)
+layout(std140, set = 0, binding = 2) uniform LightBlock { Light lights[LIGHTS]; };
 #endif
 #if defined(COUNT_LIMITS) || defined(COUNT_READS)
 layout(std430, set = 0, binding = 3) buffer CounterBlock { Counters item; } counters;
@@ -84,7 +87,7 @@ vec2 pixel_ndc(vec2 frag) {
 // What the depth buffer holds at a view depth: reversed, 1 at the near plane.
 float buffer_depth(float view_depth) {
     float z = frame.lens.x * view_depth + frame.lens.y;
-    return frame.counts.y != 0u ? z / view_depth : z;
+    return frame.projection.x != 0u ? z / view_depth : z;
 }
 
 #endif

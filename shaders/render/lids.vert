@@ -25,7 +25,7 @@ void main() {
         return;
     }
 #endif
-    Object object = objects.item[draw.object];
+    Object object = drawn;
 #ifdef CULLED
     // Without indices: three vertices a prism.
     out_prism = kept.item[gl_VertexIndex / 3];

@@ -124,7 +124,7 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
 // What the maps say of each light at a receiver, in `visibility`.
 Visibility mapped_visibility(Visibility visibility, Surface surface, Receiver receiver) {
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
-        Light light = lights.item[i];
+        Light light = lights[i];
         vec3 toward;
         light_arriving(light, surface.position, toward);
         if (dot(surface.geometric, toward) <= 0.0) {

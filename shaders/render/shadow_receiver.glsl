@@ -96,7 +96,7 @@ int wall_before(vec3 lambda) {
 // Sees places from prism `id`, from its point with these weights at level `t`. first: that is the receiver. False where
 // all levels meet there.
 bool receiver_stands(inout Receiver receiver, uint id, vec3 lambda, float t, bool first) {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     uvec4 corners = prisms.item[id].corners;
     Vertex v[3] = Vertex[3](vertices.item[corners[0]], vertices.item[corners[1]], vertices.item[corners[2]]);
     vec3 s0 = v[0].position.xyz + t * v[0].shell.xyz;

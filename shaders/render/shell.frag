@@ -25,7 +25,7 @@ layout(location = 0) flat in uint in_prism;
 #endif
 
 void main() {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     PrismData data = prisms.item[in_prism];
     Vertex v[3] = Vertex[3](vertices.item[data.corners[0]], vertices.item[data.corners[1]],
                             vertices.item[data.corners[2]]);

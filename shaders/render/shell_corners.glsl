@@ -43,7 +43,7 @@ uint outlined_prism(uint index) {
 Outline outline_of(uint index) {
     vec4 corners[6];
     PrismData data = prisms.item[outlined_prism(index)];
-    prism_corners(objects.item[draw.object], data, corners);
+    prism_corners(drawn, data, corners);
 #ifdef WALK_BORDERS
     if (!has_flag(data.corners.w, BORDER)) {
         float nearest = corners[0].w;

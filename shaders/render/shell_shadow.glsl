@@ -30,7 +30,7 @@ Visibility facing_lights(Surface surface) {
 #ifdef SHADOWED_LIGHTS
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         vec3 toward;
-        light_arriving(lights.item[i], surface.position, toward);
+        light_arriving(lights[i], surface.position, toward);
         visibility.light[i] = dot(surface.geometric, toward) > 0.0 ? 1.0 : 0.0;
     }
 #endif
@@ -40,7 +40,7 @@ Visibility facing_lights(Surface surface) {
 #ifdef SELF_SHADOW
 // The way from a point of the surface to light `i`.
 ShadowWay way_to_light(Object object, Surface surface, int i) {
-    Light light = lights.item[i];
+    Light light = lights[i];
     bool finite = light.intensity.w > 0.0;
     vec3 way = finite ? light.position.xyz - surface.position : -light.direction.xyz;
     // The rows of the inverse transpose are the columns of world to mesh.

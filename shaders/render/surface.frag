@@ -156,7 +156,7 @@ void shade_point(Object object, SurfacePoint point) {
     vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
     for (int i = 0; i < SHADOWED_LIGHTS; ++i) {
         vec3 toward;
-        light_arriving(lights.item[i], world, toward);
+        light_arriving(lights[i], world, toward);
         vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
         if (dot(toward_mesh, normal) <= 0.0) {
             visibility.light[i] = 0.0;
@@ -266,7 +266,7 @@ void shade_point(Object object, SurfacePoint point) {
 }
 
 void main() {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
 #ifdef VISIBILITY
     SurfacePoint point;
     if (named_point(object, ivec2(gl_FragCoord.xy), pixel_ndc(gl_FragCoord.xy), point)) {

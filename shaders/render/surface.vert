@@ -24,7 +24,7 @@ layout(location = 5) out float out_shear;
 
 void main() {
     SurfaceVertex vertex = surface_vertex(gl_VertexIndex);
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     vec3 clip = transform_point(object.clip_x, object.clip_y, object.clip_w, vertex.position.xyz);
     float view_depth = dot(object.depth.xyz, vertex.position.xyz) + object.depth.w;
     gl_Position = vec4(clip.xy, frame.lens.x * view_depth + frame.lens.y, clip.z);

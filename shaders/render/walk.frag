@@ -51,7 +51,7 @@ WalkHit first_hit(Object object, MarchSettings settings, vec2 ndc, uint prism, f
 
 // Traces and shades; false if nothing is hit.
 bool shows(uint prism, float level) {
-    Object object = objects.item[draw.object];
+    Object object = drawn;
     vec2 ndc = pixel_ndc(ray_point());
 #ifdef LOD_FADE
     fade_heights(object, ndc);

@@ -32,7 +32,7 @@ vec2 walk_lids(uint vertex) {
 
 float walk_growth(uint vertex) {
     Vertex v = vertices.item[vertex];
-    return lid_growth(objects.item[draw.object], v.position.xyz, v.shell.xyz);
+    return lid_growth(drawn, v.position.xyz, v.shell.xyz);
 }
 
 vec3 walk_position(uint vertex) {

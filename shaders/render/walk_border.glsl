@@ -21,7 +21,7 @@ const float ROUNDING_REACH = 0.25;
 // Whether the ray is within so many pixels of a border at level t: of a wall without neighbour, or of a corner between
 // two such walls of other prisms.
 bool beside_border(ProjectedPrism projected, vec3 s[3], uint id, uint bits, float t, float view_depth, float pixels) {
-    float reach = 2.0 * pixels * max(frame.viewport.z, frame.viewport.w) * (frame.counts.y != 0u ? view_depth : 1.0);
+    float reach = 2.0 * pixels * max(frame.viewport.z, frame.viewport.w) * (frame.projection.x != 0u ? view_depth : 1.0);
     bool beside = false;
     for (int k = 0; k < 3; ++k) {
         ivec2 c = wall_corners(projected, k);

@@ -71,7 +71,7 @@ impl Renderer {
         for (light, maps) in lights.iter_mut().zip(&mapped.of_light) {
             light.set_maps(*maps);
         }
-        let mut frame = view.frame(lights.len(), &self.scene.ambient);
+        let mut frame = view.frame(&self.scene.ambient);
         frame.origin.z = self.settings.occlusion_light;
         self.slots[slot].write(&frame, &objects, &lights, &mapped.views)?;
         self.targets.as_mut().expect("resize made them").camera = view.position;
@@ -79,9 +79,12 @@ impl Renderer {
         let mut extra: Vec<_> = self.shadow_maps.iter().map(ShadowMaps::binding).collect();
         extra.extend(targets.visibility.iter().flat_map(Visibility::bindings));
         extra.extend(targets.tiles.iter().map(|tiles| ("depth_tiles", Binding::Buffer(&tiles.tiles))));
-        let drawn = self.plan.draws.iter().chain(&self.plan.aov_draws);
-        for variant in drawn.flat_map(Draw::all_variants) {
-            self.slots[slot].prepare(&self.ctx, &variant, &self.pipelines[&variant], &extra)?;
+        for draws in [&self.plan.draws, &self.plan.aov_draws] {
+            for (index, draw) in draws.iter().enumerate() {
+                for variant in draw.all_variants() {
+                    self.slots[slot].prepare(&self.ctx, &variant, index, &self.pipelines[&variant], &extra)?;
+                }
+            }
         }
 
         for depth in std::iter::once(&targets.depth).chain(&targets.aov_depth) {
@@ -134,7 +137,12 @@ impl Renderer {
                         let push =
                             layout::Draw { round: pass.round, counted: 1, ..self.push(draw, *index, cut[*index]) };
                         self.slots[slot].recount(cmd, culler);
-                        culled.record(cmd, &self.pipelines[variant], [self.slots[slot].set(variant), set], &push);
+                        culled.record(
+                            cmd,
+                            &self.pipelines[variant],
+                            [self.slots[slot].set(variant, *index), set],
+                            &push,
+                        );
                     }
                     if let Some(timers) = timers.as_deref_mut() {
                         timers.end(cmd);
@@ -173,7 +181,7 @@ impl Renderer {
                         }
                         _ => (&draw.variant, Some(&sets[index])),
                     };
-                    let sets = [self.slots[slot].set(variant), set.expect("made with the variant")];
+                    let sets = [self.slots[slot].set(variant, index), set.expect("made with the variant")];
                     let counted = u32::from(fresh.contains(&index));
                     let resolves = u32::from(pass.part == Part::Resolve);
                     let push =

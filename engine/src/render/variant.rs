@@ -2,6 +2,7 @@
 //! machine code.
 
 use super::baseline::Sides;
+use super::layout::Light;
 use crate::gpu::ShaderStage;
 use crate::scene::{Channel, Procedure, Wrap};
 use crate::settings::{Dicer, March, Normals, Stage, View};
@@ -9,6 +10,9 @@ use crate::shell::prisms::MAX_OTHERS;
 
 /// What one draw is drawn by at most: its shading, its depth before it, its nearest lids, the list of its prisms.
 pub const MOST_VARIANTS: usize = 4;
+
+/// Lights that are one uniform buffer of the size that every device has room for, 16 KiB; more are a storage buffer.
+pub const UNIFORM_LIGHTS: usize = 16384 / size_of::<Light>();
 
 /// Texture slots of a material, in the order of [`crate::scene::Material::textures`].
 pub const TEXTURE_DEFINES: [&str; 7] = [
@@ -210,8 +214,8 @@ pub struct Variant {
     pub double_sided: bool,
     /// The transform turns winding around.
     pub mirrored: bool,
-    /// The scene has lights.
-    pub lights: bool,
+    /// Lights of the scene.
+    pub lights: u32,
     /// Lights whose shadows it computes, the scene's first ones.
     pub shadowed_lights: u8,
     /// Reads their shadow maps.
@@ -359,7 +363,7 @@ impl Variant {
                 ambient_occlusion: false,
                 ..h
             }),
-            lights: false,
+            lights: 0,
             shadowed_lights: 0,
             shadow_maps: false,
             aov: false,
@@ -508,6 +512,9 @@ impl Variant {
     /// The defines of its shaders.
     pub fn defines(&self) -> Vec<(&'static str, String)> {
         let mut defines = vec![("AOV_UV", self.aov_uv.to_string())];
+        if self.lights > 0 {
+            defines.push(("LIGHTS", self.lights.to_string()));
+        }
         if self.shadowed_lights > 0 {
             defines.push(("SHADOWED_LIGHTS", self.shadowed_lights.to_string()));
         }
@@ -525,12 +532,12 @@ impl Variant {
         flag("CULL_HIDDEN", self.cull.is_some_and(|cull| cull.hidden));
         flag("COUNT_CULLED", self.cull.is_some_and(|cull| cull.counted));
         flag("DEFORMS", self.deforms);
+        flag("STORED_LIGHTS", self.lights as usize > UNIFORM_LIGHTS);
         flag("SURFACE_VERTICES", self.surface_vertices);
         flag("DEPTH_ONLY", self.pass != Pass::Shade);
         flag("VISIBILITY", self.visibility);
         flag("BLOCKS_LIGHT", self.pass == Pass::Light);
         flag("SHADOW_MAPS", self.shadow_maps);
-        flag("HAS_LIGHTS", self.lights);
         flag("ALPHA_MASK", self.alpha_mask);
         flag("SPECULAR", self.specular);
         flag("AOV", self.aov);

@@ -60,14 +60,14 @@ impl View {
     }
 
     /// The frame's uniform block.
-    pub fn frame(&self, lights: usize, ambient: &Ambient) -> Frame {
+    pub fn frame(&self, ambient: &Ambient) -> Frame {
         let [width, height] = self.extent.map(|n| n as f32);
         Frame {
             viewport: Vec4::new(width, height, 1.0 / width, 1.0 / height),
             lens: Vec4::from_array(self.lens.map(|v| v as f32)),
             forward: self.forward.as_vec3().extend(0.0),
             ambient: std::array::from_fn(|i| ambient.forms[i / 4].col(i % 4).as_vec4()),
-            counts: glam::UVec4::new(lights as u32, u32::from(self.perspective), 0, 0),
+            projection: glam::UVec4::new(u32::from(self.perspective), 0, 0, 0),
             origin: Vec4::ZERO,
         }
     }
@@ -104,6 +104,7 @@ impl View {
             eye,
             handedness: Vec4::new(det.signum() as f32, 0.0, 0.0, 0.0),
             fade: Vec4::ZERO,
+            spare: [Vec4::ZERO; 3],
         }
     }
 
@@ -255,8 +256,8 @@ mod tests {
             Projection::Orthographic { y_mag: 1.0, near: 0.5, far: 8.0 },
         ] {
             let view = View::new(&camera(projection), [64, 64]);
-            let frame = view.frame(0, &Ambient::default());
-            let buffer = |d: f32| (frame.lens.x * d + frame.lens.y) / if frame.counts.y == 1 { d } else { 1.0 };
+            let frame = view.frame(&Ambient::default());
+            let buffer = |d: f32| (frame.lens.x * d + frame.lens.y) / if frame.projection.x == 1 { d } else { 1.0 };
             assert!((buffer(0.5) - 1.0).abs() < 1e-6 && buffer(8.0).abs() < 1e-6 && buffer(2.0) > buffer(3.0));
         }
     }

@@ -197,7 +197,7 @@ impl Diced {
         let most = (0..3).map(|k| {
             let [a, b] = [hull.corners[(k + 1) % 3], hull.corners[(k + 2) % 3]];
             let across = Vec3::from_array(rows.map(|row| row.dot(a - b)));
-            let depth = if frame.counts.y == 0 { 1.0 } else { depth(a).min(depth(b)) };
+            let depth = if frame.projection.x == 0 { 1.0 } else { depth(a).min(depth(b)) };
             across.length() * fineness / depth
         });
         let steps = most.fold(1.0, f32::max) * ROOM;

@@ -61,7 +61,7 @@ pub fn of(variant: &Variant) -> Vec<Part> {
         "no shadow rays",
     );
     part("shadow map look-ups", variant.shadow_maps, "lights have maps", "no light has one");
-    part("lights", variant.lights, "the scene has some", "none in the scene, or depth alone");
+    part("lights", variant.lights > 0, "the scene has some", "none in the scene, or depth alone");
     let of = "a normal map, or parallax, is in their frame";
     part("tangents", variant.reads_tangents(), of, "no normal map is read");
     for (set, what) in (0..).zip(UV_SETS) {

@@ -57,7 +57,7 @@ pub(super) fn plan_draws(
         alpha_mask,
         double_sided: material.double_sided,
         mirrored: instance.transform.matrix3.determinant() < 0.0,
-        lights: !scene.lights.is_empty(),
+        lights: scene.lights.len() as u32,
         pass: Pass::Shade,
         depth_stands: false,
         shadowed_lights: 0,
@@ -160,10 +160,10 @@ pub(super) fn plan_draws(
         let parallax =
             settings.baseline.is_none() && settings.resolved_shell() == Shell::Off && settings.march != March::None;
         let height = displacement.filter(|_| parallax).map(|d| height(&d, settings, false)).map(|h| Height {
-            self_shadow: h.self_shadow && plain.lights,
+            self_shadow: h.self_shadow && plain.lights > 0,
             mesh_tangents: tangents::from_mesh(material, primitive, settings) && !geometry.deforms,
-            soft_shadow: h.soft_shadow && plain.lights,
-            shadow_steps: h.shadow_steps && plain.lights,
+            soft_shadow: h.soft_shadow && plain.lights > 0,
+            shadow_steps: h.shadow_steps && plain.lights > 0,
             // Surface data are of the whole field.
             lod_fade: settings.lod_fade.is_some() && !aov,
             ..h

@@ -8,7 +8,7 @@ use crate::gpu::{
 };
 use crate::render::culling::Counts;
 use crate::render::layout::{Counters, Frame, Light, Object, ShadowView};
-use crate::render::variant::Variant;
+use crate::render::variant::{UNIFORM_LIGHTS, Variant};
 
 /// What one frame in flight writes.
 pub struct Slot {
@@ -20,7 +20,8 @@ pub struct Slot {
     counters: Option<Buffer>,
     /// [`Counts`] of the culled prisms, where they are.
     culled: Option<Buffer>,
-    sets: HashMap<Variant, DescriptorSet>,
+    /// By variant and by the number of the object.
+    sets: HashMap<(Variant, usize), DescriptorSet>,
 }
 
 impl Slot {
@@ -42,9 +43,12 @@ impl Slot {
         let buffer = |what: &str, size, usage| buffer_in(MemoryLocation::CpuToGpu, what, size, usage);
         Ok(Slot {
             frame: buffer("frame", size_of::<Frame>(), U::UNIFORM_BUFFER)?,
-            objects: buffer("objects", size_of::<Object>() * objects.max(1), U::STORAGE_BUFFER)?,
+            objects: buffer("objects", size_of::<Object>() * objects.max(1), U::UNIFORM_BUFFER)?,
             lights: (lights > 0)
-                .then(|| buffer("lights", size_of::<Light>() * lights, U::STORAGE_BUFFER))
+                .then(|| {
+                    let usage = if lights > UNIFORM_LIGHTS { U::STORAGE_BUFFER } else { U::UNIFORM_BUFFER };
+                    buffer("lights", size_of::<Light>() * lights, usage)
+                })
                 .transpose()?,
             shadow_views: (shadow_views > 0)
                 .then(|| buffer("shadow views", size_of::<ShadowView>() * shadow_views, U::STORAGE_BUFFER))
@@ -112,31 +116,35 @@ impl Slot {
         self.counters.as_ref()
     }
 
-    /// Makes set 0 for a variant's pipeline, if it is not made yet. extra: what it reads besides.
+    /// Makes set 0 for a variant's pipeline and an object, if it is not made yet. extra: what it reads besides.
     pub fn prepare(
         &mut self,
         ctx: &Context,
         variant: &Variant,
+        object: usize,
         pipeline: &Pipeline,
         extra: &[(&str, Binding<'_>)],
     ) -> Result<()> {
-        if self.sets.contains_key(variant) {
+        if self.sets.contains_key(&(*variant, object)) {
             return Ok(());
         }
-        let mut bindings =
-            vec![("FrameBlock", Binding::Buffer(&self.frame)), ("objects", Binding::Buffer(&self.objects))];
-        bindings.extend(self.lights.as_ref().map(|lights| ("lights", Binding::Buffer(lights))));
+        let size = size_of::<Object>() as u64;
+        let mut bindings = vec![
+            ("FrameBlock", Binding::Buffer(&self.frame)),
+            ("ObjectBlock", Binding::BufferRange(&self.objects, object as u64 * size, size)),
+        ];
+        bindings.extend(self.lights.as_ref().map(|lights| ("LightBlock", Binding::Buffer(lights))));
         bindings.extend(self.shadow_views.as_ref().map(|views| ("shadow_views", Binding::Buffer(views))));
         bindings.extend(extra);
         bindings.extend(self.counters.as_ref().map(|counters| ("counters", Binding::Buffer(counters))));
         bindings.extend(self.culled.as_ref().map(|culled| ("culled", Binding::Buffer(culled))));
         let set = DescriptorSet::with_optional(ctx, pipeline, 0, &[], &bindings)?;
-        self.sets.insert(*variant, set);
+        self.sets.insert((*variant, object), set);
         Ok(())
     }
 
     /// Set 0, prepared before.
-    pub fn set(&self, variant: &Variant) -> &DescriptorSet {
-        &self.sets[variant]
+    pub fn set(&self, variant: &Variant, object: usize) -> &DescriptorSet {
+        &self.sets[&(*variant, object)]
     }
 }

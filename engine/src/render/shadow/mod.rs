@@ -173,19 +173,19 @@ impl Renderer {
         }
         let slots = &mut slots[tile];
         let (objects, cut) = self.objects(view, &plan.draws);
-        let mut frame = view.frame(0, &Ambient::default());
+        let mut frame = view.frame(&Ambient::default());
         frame.origin = glam::Vec4::new(origin[0] as f32, origin[1] as f32, 0.0, 0.0);
         slots.write(&frame, &objects, &[], &[])?;
         // Loops that give up here are counted with the picture's.
         let counters = self.slots[slot].counters();
         let extra: Vec<_> = counters.map(|counters| ("counters", Binding::Buffer(counters))).into_iter().collect();
-        for draw in &plan.draws {
-            slots.prepare(&self.ctx, &draw.variant, &self.pipelines[&draw.variant], &extra)?;
+        for (index, draw) in plan.draws.iter().enumerate() {
+            slots.prepare(&self.ctx, &draw.variant, index, &self.pipelines[&draw.variant], &extra)?;
         }
         // Surfaces first: they are cheap, and their depth spares the shells' fragments behind them.
         for shells in [false, true] {
             for (index, draw) in plan.draws.iter().enumerate().filter(|(_, draw)| draw.is_shell() == shells) {
-                let sets = [slots.set(&draw.variant), &maps.sets[index]];
+                let sets = [slots.set(&draw.variant, index), &maps.sets[index]];
                 let push = self.push(draw, index, cut[index]);
                 self.record_draw(cmd, draw, &draw.variant, sets, index, &frame, &objects[index], &push);
             }
