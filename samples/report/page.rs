@@ -239,11 +239,18 @@ fn at_equal_error(points: &[&Point], varies: &str) -> Vec<String> {
         };
         sentences.push(format!("{varies} {condition}: {verdict}."));
     }
-    sentences.push(match fit::crossing(&our_curve, &their_curve) {
-        Some(x) => format!("Crossover: at {varies} {}.", short(x)),
-        None => "No crossover in this range.".to_owned(),
-    });
+    sentences.push(crossovers(varies, &fit::crossings(&our_curve, &their_curve)));
     sentences
+}
+
+/// Names every place where another one becomes the faster.
+fn crossovers(varies: &str, at: &[f64]) -> String {
+    let places: Vec<String> = at.iter().map(|x| short(*x)).collect();
+    match places.len() {
+        0 => "No crossover in this range.".to_owned(),
+        1 => format!("Crossover: at {varies} {}.", places[0]),
+        _ => format!("Crossovers: at {varies} {}.", places.join(" and ")),
+    }
 }
 
 fn embedded(shown: &Shown) -> Result<Embedded> {
@@ -514,6 +521,13 @@ mod tests {
         assert_eq!(rows.matches("1.50<br>MISSED").count(), 2, "{rows}");
         assert!(aims_table(&[Aim { met: Some(true), ..aim.clone() }]).contains(">met<"));
         assert!(aims_table(&[Aim { met: None, found: None, ..aim }]).contains("not measured"));
+    }
+
+    #[test]
+    fn every_crossover_is_named() {
+        assert_eq!(crossovers("base triangles", &[]), "No crossover in this range.");
+        assert_eq!(crossovers("base triangles", &[130.2]), "Crossover: at base triangles 130.");
+        assert_eq!(crossovers("base triangles", &[130.2, 10504.6]), "Crossovers: at base triangles 130 and 10505.");
     }
 
     #[test]
