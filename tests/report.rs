@@ -106,8 +106,8 @@ fn an_error_of_closed_form_is_in_the_csv_and_every_cell_on_the_page() {
 
     let html = fs::read_to_string(page.join("index.html")).expect("the page");
     let tables = between(&html, "<table>", "</table>");
-    assert_eq!(tables.len(), 2, "aims and points");
-    for (table, count) in tables.iter().zip([2, rows.len()]) {
+    assert_eq!(tables.len(), 3, "aims, who competed, and points");
+    for (table, count) in tables.iter().zip([2, 2, rows.len()]) {
         let lines = between(table, "<tr>", "</tr>");
         assert_eq!(lines.len(), 1 + count, "{table}");
         let heads = lines[0].matches("<th").count();

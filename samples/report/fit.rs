@@ -23,17 +23,16 @@ pub fn slope(points: &[[f64; 2]]) -> Option<f64> {
     (spread > 1e-12).then(|| together / spread)
 }
 
-/// The first x at which `a` ceases to be below `b`, or begins to, both straight between their places on logarithmic
-/// axes; they have the same x, rising.
-pub fn crossing(a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<f64> {
+/// Every x at which `a` ceases to be below `b`, or begins to, both straight between their places on logarithmic axes;
+/// they have the same x, rising.
+pub fn crossings(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<f64> {
     let ratio: Vec<[f64; 2]> = a
         .iter()
         .filter_map(|p| Some([p[0].ln(), (p[1] / b.iter().find(|q| q[0] == p[0])?[1]).ln()]))
         .filter(|p| p.iter().all(|v| v.is_finite()))
         .collect();
-    let crosses = ratio.windows(2).find(|w| (w[0][1] < 0.0) != (w[1][1] < 0.0))?;
-    let [[x0, y0], [x1, y1]] = [crosses[0], crosses[1]];
-    Some((x0 + (x1 - x0) * y0 / (y0 - y1)).exp())
+    let crosses = ratio.windows(2).filter(|w| (w[0][1] < 0.0) != (w[1][1] < 0.0));
+    crosses.map(|w| (w[0][0] + (w[1][0] - w[0][0]) * w[0][1] / (w[0][1] - w[1][1])).exp()).collect()
 }
 
 #[cfg(test)]
@@ -60,8 +59,21 @@ mod tests {
     fn two_power_laws_cross_where_they_do() {
         let at = |f: fn(f64) -> f64| [1.0, 10.0, 100.0, 1000.0].map(|x| [x, f(x)]);
         let (linear, flat) = (at(|x| x), at(|_| 50.0));
-        assert!((crossing(&linear, &flat).unwrap() - 50.0).abs() < 1e-9);
-        assert!((crossing(&flat, &linear).unwrap() - 50.0).abs() < 1e-9);
-        assert_eq!(crossing(&flat, &at(|_| 51.0)), None);
+        for crossed in [crossings(&linear, &flat), crossings(&flat, &linear)] {
+            assert!(crossed.len() == 1 && (crossed[0] - 50.0).abs() < 1e-9, "{crossed:?}");
+        }
+        assert!(crossings(&flat, &at(|_| 51.0)).is_empty());
+    }
+
+    #[test]
+    fn curves_that_meet_again_cross_at_each_place() {
+        let hill = [[1.0, 1.0], [100.0, 100.0], [10_000.0, 1.0], [1e6, 0.1]];
+        let flat = hill.map(|[x, _]| [x, 10.0]);
+        for crossed in [crossings(&hill, &flat), crossings(&flat, &hill)] {
+            assert_eq!(crossed.len(), 2, "{crossed:?}");
+            assert!((crossed[0] - 10.0).abs() < 1e-9 && (crossed[1] - 1000.0).abs() < 1e-6, "{crossed:?}");
+        }
+        // A place that one of them lacks says nothing.
+        assert!(crossings(&hill, &[flat[0], flat[2], flat[3]]).is_empty());
     }
 }

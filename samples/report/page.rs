@@ -48,7 +48,7 @@ impl About {
     fn line(&self) -> String {
         let [width, height] = self.size;
         format!(
-            "{}; {width}×{height} pixels; up to {} rounds, as many as {} minutes let; {}begun {}, took {} s",
+            "{}; {width}×{height} pixels; up to {} rounds, as many as {} min let; {}begun {}, took {} s",
             self.device,
             self.rounds,
             self.minutes,
@@ -181,10 +181,15 @@ fn growth(points: &[&Point], varies: &str) -> Vec<String> {
             ));
         }
         let (time, error) = (fit::slope(&curve(name, ms))?, fit::slope(&curve(name, |p| p.metrics.depth_p99)));
-        let error = error.map_or(String::new(), |k| format!(", the error with {k:.2}"));
-        Some(format!("{name}: time grows with the power {time:.2} of {varies}{error}."))
+        let error = error.map_or(String::new(), |k| format!(", the error with {}", exponent(k)));
+        Some(format!("{name}: time grows with the power {} of {varies}{error}.", exponent(time)))
     };
     names.iter().filter_map(grown).collect()
+}
+
+/// Two decimals, and no sign of a zero.
+fn exponent(k: f64) -> String {
+    format!("{:.2}", (100.0 * k).round() / 100.0 + 0.0)
 }
 
 /// What ours are called where the fastest stands for all.
@@ -239,11 +244,18 @@ fn at_equal_error(points: &[&Point], varies: &str) -> Vec<String> {
         };
         sentences.push(format!("{varies} {condition}: {verdict}."));
     }
-    sentences.push(match fit::crossing(&our_curve, &their_curve) {
-        Some(x) => format!("Crossover: at {varies} {}.", short(x)),
-        None => "No crossover in this range.".to_owned(),
-    });
+    sentences.push(crossovers(varies, &fit::crossings(&our_curve, &their_curve)));
     sentences
+}
+
+/// Names every place where another one becomes the faster.
+fn crossovers(varies: &str, at: &[f64]) -> String {
+    let places: Vec<String> = at.iter().map(|x| short(*x)).collect();
+    match places.len() {
+        0 => "No crossover in this range.".to_owned(),
+        1 => format!("Crossover: at {varies} {}.", places[0]),
+        _ => format!("Crossovers: at {varies} {}.", places.join(" and ")),
+    }
 }
 
 fn embedded(shown: &Shown) -> Result<Embedded> {
@@ -272,11 +284,11 @@ th,td{padding:3px 10px;text-align:left;border-bottom:1px solid #eef0f2;white-spa
 th{border-bottom:2px solid #c9ced4;position:sticky;top:0;background:#fff}\
 td.wide{white-space:normal;min-width:240px}\
 .MISSED{color:#b3261e;font-weight:700}.met{color:#1b7f3b}\
-.pictures{display:flex;flex-wrap:wrap;gap:18px}.pictures figure{margin:0}\
+.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(728px,100%),1fr));gap:14px 18px}\
+.pictures figure{margin:0;display:flex;flex-wrap:wrap;align-content:flex-start;gap:4px 14px}\
 .pictures img{width:240px;image-rendering:pixelated;display:block}\
-.row{display:flex;gap:4px;flex-wrap:wrap}figcaption{font-size:13px;color:#4a5058;max-width:728px}\
-.matrix th,.matrix td{white-space:normal;vertical-align:bottom}\
-summary{cursor:pointer;margin:8px 0}nav a{margin-right:14px}nav{line-height:2}";
+.row{display:flex;gap:4px;flex-wrap:wrap}figcaption{font-size:13px;color:#4a5058;flex:1 1 280px}\
+summary{cursor:pointer;margin:8px 0}nav a{margin-right:14px;display:inline-block}nav{line-height:2}";
 
 /// The page.
 pub fn html(about: &About, sections: &[Section], aims: &[Aim]) -> String {
@@ -355,31 +367,31 @@ triangle, but no more than its error asks. So the denser the base mesh and the s
 Here the fastest of ours and of the baselines, all within half a footprint (99th percentile); the plots of these parts show \
 both as curves.";
 
-/// What was found of each scene's aims, a column for each aim.
+/// What was found of each aim, a column for each scene.
 fn matrix(aims: &[Aim]) -> String {
-    let (mut scenes, mut columns): (Vec<&str>, Vec<&Aim>) = (Vec::new(), Vec::new());
+    let (mut scenes, mut rows): (Vec<&str>, Vec<&Aim>) = (Vec::new(), Vec::new());
     for aim in aims {
         if !scenes.contains(&aim.scene.as_str()) {
             scenes.push(&aim.scene);
         }
-        if !columns.iter().any(|column| column.what == aim.what) {
-            columns.push(aim);
+        if !rows.iter().any(|row| row.what == aim.what) {
+            rows.push(aim);
         }
     }
-    let head = |aim: &&Aim| format!("<th>{}<br>{}</th>", plain(&aim.what), plain(&aim.asked));
-    let row = |scene: &&str| {
-        let cell = |column: &&Aim| {
-            let Some(aim) = aims.iter().find(|aim| aim.scene == *scene && aim.what == column.what) else {
+    let row = |row: &&Aim| {
+        let cell = |scene: &&str| {
+            let Some(aim) = aims.iter().find(|aim| aim.scene == *scene && aim.what == row.what) else {
                 return "<td></td>".to_owned();
             };
             let ([found, _], verdict) = (cells(aim), aim.verdict());
-            format!("<td class=\"{verdict}\" title=\"{}\">{found}<br>{verdict}</td>", plain(&aim.who))
+            format!("<td class=\"{verdict}\" title=\"{}\">{found} {verdict}</td>", plain(&aim.who))
         };
-        format!("<tr><td>{}</td>{}</tr>", plain(scene), columns.iter().map(cell).collect::<String>())
+        let found: String = scenes.iter().map(cell).collect();
+        format!("<tr><td>{}</td><td>{}</td>{found}</tr>", plain(&row.what), plain(&row.asked))
     };
-    let heads: String = columns.iter().map(head).collect();
-    let rows: String = scenes.iter().map(row).collect();
-    format!("<div class=\"scroll\"><table class=\"matrix\"><tr><th>scene</th>{heads}</tr>{rows}</table></div>")
+    let heads: String = scenes.iter().map(|scene| format!("<th>{}</th>", plain(scene))).collect();
+    let rows: String = rows.iter().map(row).collect();
+    format!("<div class=\"scroll\"><table><tr><th>what</th><th>asked</th>{heads}</tr>{rows}</table></div>")
 }
 
 fn aims_table(aims: &[Aim]) -> String {
@@ -511,9 +523,21 @@ mod tests {
         assert!(html.contains("<td>1.50</td><td>1.00 to 2.50</td>"), "{html}");
         let rows = matrix(&[aim.clone(), Aim { scene: "c".into(), ..aim.clone() }]);
         assert_eq!(rows.matches("times faster").count(), 1, "{rows}");
-        assert_eq!(rows.matches("1.50<br>MISSED").count(), 2, "{rows}");
+        assert_eq!(rows.matches("1.50 MISSED").count(), 2, "{rows}");
         assert!(aims_table(&[Aim { met: Some(true), ..aim.clone() }]).contains(">met<"));
         assert!(aims_table(&[Aim { met: None, found: None, ..aim }]).contains("not measured"));
+    }
+
+    #[test]
+    fn an_exponent_of_nothing_has_no_sign() {
+        assert_eq!([-0.004, 0.004, -0.012, 1.0].map(exponent), ["0.00", "0.00", "-0.01", "1.00"]);
+    }
+
+    #[test]
+    fn every_crossover_is_named() {
+        assert_eq!(crossovers("base triangles", &[]), "No crossover in this range.");
+        assert_eq!(crossovers("base triangles", &[130.2]), "Crossover: at base triangles 130.");
+        assert_eq!(crossovers("base triangles", &[130.2, 10504.6]), "Crossovers: at base triangles 130 and 10505.");
     }
 
     #[test]

@@ -20,7 +20,7 @@ use super::{
 };
 
 /// Of the whole picture, in its own units.
-const SIZE: (u32, u32) = (900, 560);
+const SIZE: (u32, u32) = (760, 520);
 /// For the names of the curves.
 const LEGEND: u32 = 220;
 /// Height of a name; less where there are many.

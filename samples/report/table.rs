@@ -139,7 +139,7 @@ pub const FOR_PEOPLE: &[Column] = &[
     Column { head: "technique", meaning: "place and march, or baseline", cell: |p| Some(p.variant.technique.clone()) },
     Column { head: "setting", meaning: "its place on the curve", cell: |p| Some(p.variant.setting.clone()) },
     Column {
-        head: "time",
+        head: "time, ms",
         meaning: "GPU time of a frame, median of the rounds, milliseconds",
         cell: |p| p.timing.spread().map(|s| short(s.median)),
     },
@@ -164,14 +164,18 @@ pub const FOR_PEOPLE: &[Column] = &[
         cell: |p| p.reads.map(short),
     },
     Column { head: "MiB", meaning: "kept on the device, colour textures not counted", cell: |p| Some(short(p.memory)) },
-    Column { head: "p50", meaning: "median depth error, pixel footprints", cell: |p| Some(short(p.metrics.depth_p50)) },
     Column {
-        head: "p99",
+        head: "depth p50",
+        meaning: "median depth error, pixel footprints",
+        cell: |p| Some(short(p.metrics.depth_p50)),
+    },
+    Column {
+        head: "depth p99",
         meaning: "99 % of the pixels have a smaller depth error, pixel footprints",
         cell: |p| Some(short(p.metrics.depth_p99)),
     },
     Column {
-        head: "above 1",
+        head: "depth above 1",
         meaning: "pixels whose depth is off by more than a footprint",
         cell: |p| Some(percent(p.metrics.depth_above_1)),
     },
@@ -181,7 +185,7 @@ pub const FOR_PEOPLE: &[Column] = &[
         cell: |p| Some(percent(p.metrics.coverage_differs)),
     },
     Column {
-        head: "normal",
+        head: "normal, °",
         meaning: "99th percentile of the angle between the normals, degrees",
         cell: |p| Some(short(p.metrics.normal_p99)),
     },

@@ -9,7 +9,7 @@
 // - its detail: by how much the height field leaves that plane at the texel, one height looked up where the plane alone
 //   would be in shadow. Along the light's ray that is e (L · n) / (n · l) for e levels of lift L. The ray meets the bent
 //   surface a little aside of the place looked up, so that amount is allowed once more. Where that does not do, the place
-//   of what the map holds is found in the shell, from prism to prism: if the surface there, its steps included, passes
+//   of what the map holds is found in the shell, from prism to prism: if the surface there is at it, or as a step passes
 //   between a little before it and a little behind it, the map holds the receiver's own surface;
 // - rounding: 2^-20 of the terms of each sum that f32 takes, and of plain triangles 1/128 texel of slope, as the
 //   rasteriser moves their corners to its grid (1/256 texel). A traced surface is met on the texel's ray itself.
@@ -17,7 +17,8 @@
 // What plane and allowances let pass may be the same height field standing in the light: a crest beside a joint, within
 // the depth that the joint itself runs through over a texel, which grows without bound as the light grazes it. So the
 // receiver's own way to the light is then followed through the field (render/shadow_receiver.glsl) as far as that surface
-// reaches: a blocked way is dark whatever the texels say, and what lies beyond the end of what is known of it blocks.
+// reaches: a blocked way is dark whatever the texels say, and what lies beyond the end of what is known of it blocks. Where
+// a texel sees something nearer, an edge may run between the texels: the way is followed until it leaves the field.
 #ifndef RENDER_SHADOW_MAP_GLSL
 #define RENDER_SHADOW_MAP_GLSL
 
@@ -34,7 +35,9 @@ const float SNAPPING = 1.0 / 128.0;
 const float SNAPPING = 0.0;
 #endif
 
-// The receiver's own surface passes a place that the map holds within this part of the way there.
+// What the map holds lies on the receiver's own surface: within this part of the height's scale, or, on a step, of the way
+// there.
+const float PLACE_ROUNDING = 1.0 / 4096.0;
 const float PLACE_SLACK = 1.0 / 16.0;
 
 // Farther than any light.
@@ -84,6 +87,7 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     // How far the way to the light has to be known so that a texel counts, and how far it is followed.
     vec4 needed = vec4(0.0);
     float farthest = 0.0;
+    bool nearer = false;
     for (int i = 0; i < 4; ++i) {
         // A gather's order: lower left, lower right, upper right, upper left.
         vec2 away = first + 0.5 + vec2(i == 1 || i == 2 ? 1.0 : 0.0, i < 2 ? 1.0 : 0.0) - at;
@@ -92,19 +96,23 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
         float bent = perspective ? (own - view.lens.x) / (stored[i] - view.lens.x) : 1.0;
         float ahead = bent * (stored[i] - own) / nearing;
         if (over > rounding) {
+            nearer = true;
             needed[i] = BLOCKED;
 #ifdef HAS_HEIGHT
             if (receiver.followed) {
                 vec3 moved = away.x * across + away.y * down;
                 bool known = false, ignored;
-                float bend = receiver.on_wall ? 0.0 : lifted * stands_over(receiver, moved, known);
+                Receiver there = receiver;
+                float bend = receiver.on_wall ? 0.0 : lifted * stands_over(there, moved, known);
                 bool passes = known && over - rounding <= 2.0 * max(bend, 0.0);
                 if (!passes) {
                     vec3 place = moved + bent * over / nearing * toward;
                     vec3 slack = (PLACE_SLACK * bent * over + rounding) / nearing * toward;
-                    stands_over(receiver, place, known);
-                    passes = known && side * stands_over(receiver, place + slack, ignored) <= 0.0
-                             && side * stands_over(receiver, place - slack, ignored) >= 0.0;
+                    there = receiver;
+                    float stands = stands_over(there, place, known);
+                    passes = known && (abs(stands) <= PLACE_ROUNDING * material.displacement.x
+                                       || side * stands_over(there, place + slack, ignored) <= 0.0
+                                          && side * stands_over(there, place - slack, ignored) >= 0.0);
                 }
                 needed[i] = passes ? ahead : BLOCKED;
             }
@@ -114,8 +122,8 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     }
     float clear = farthest;
 #ifdef HAS_HEIGHT
-    if (receiver.followed && farthest > rounding / nearing) {
-        clear = field_clear(receiver, toward, side, farthest);
+    if (receiver.followed && any(lessThan(needed, vec4(BLOCKED))) && (nearer || farthest > rounding / nearing)) {
+        clear = field_clear(receiver, toward, side, farthest, nearer);
     }
 #endif
     return dot(share, vec4(lessThanEqual(needed, vec4(clear))));

@@ -17,7 +17,7 @@
 #endif
 
 // Prisms that a place may lie away from the receiver's.
-const int RECEIVER_HOPS = 8;
+const int RECEIVER_HOPS = 32;
 // How far beyond the surface's levels a place is still told, as a part of their range.
 const float LEVEL_SLACK = 0.25;
 // Most cells of the height map that are looked at one by one on the way to the light.
@@ -87,6 +87,12 @@ float field_over(Receiver receiver, ReceiverPlace place) {
     return (height_at(place.uv, 0.0) - material.displacement.y) * receiver.scale - place.level;
 }
 
+// Whether the field is told at a place of this level.
+bool tells(float level) {
+    vec2 range = material.displacement.zw, slack = LEVEL_SLACK * (range.y - range.x) * vec2(-1.0, 1.0);
+    return level >= range.x + slack.x && level <= range.y + slack.y;
+}
+
 // The wall across which a place with these weights lies, if it lies outside of the triangle.
 int wall_before(vec3 lambda) {
     return lambda.x <= min(lambda.y, lambda.z) ? 0 : lambda.y <= lambda.z ? 1 : 2;
@@ -153,8 +159,9 @@ bool receiver_crosses(inout Receiver receiver, int wall, vec3 lambda, float leve
 #endif
 }
 
-// Levels by which the surface stands over a place. known: the surface goes on to there, and may be as high.
-float stands_over(Receiver receiver, vec3 at, out bool known) {
+// Levels by which the surface stands over a place, which is seen from its own prism from then on. known: the surface goes
+// on to there, and may be as high. Beyond its levels prisms may fold, so no way there leads through them.
+float stands_over(inout Receiver receiver, vec3 at, out bool known) {
     known = false;
     ReceiverPlace place;
     for (int hop = 0; hop <= RECEIVER_HOPS; ++hop) {
@@ -169,65 +176,73 @@ float stands_over(Receiver receiver, vec3 at, out bool known) {
             break;
         }
         float part = receiver.lambda[wall] / (receiver.lambda[wall] - place.lambda[wall]);
-        if (!receiver_crosses(receiver, wall, mix(receiver.lambda, place.lambda, part),
-                              mix(receiver.level, place.level, part))) {
+        float level = mix(receiver.level, place.level, part);
+        if (!tells(level) || !receiver_crosses(receiver, wall, mix(receiver.lambda, place.lambda, part), level)) {
             break;
         }
 #endif
     }
-    vec2 range = material.displacement.zw;
-    vec2 reached = range + LEVEL_SLACK * (range.y - range.x) * vec2(-1.0, 1.0);
-    known = known && place.level >= reached.x && place.level <= reached.y;
+    known = known && tells(place.level);
     return field_over(receiver, place);
 }
 
 // How far the receiver's way to the light, up to `reach`, is known to be clear of the height field; negative where that
 // stands in it. From prism to prism, cell by cell of the height map, until something is not known. On a straight way
-// through a cell the height is a quadratic, which three of its values give, its highest point too; of more than
-// FIELD_CELLS cells, as many pieces of one length. side: +1 where light arrives from above the surface.
-float field_clear(Receiver receiver, vec3 toward, float side, float reach) {
-    float least = FIELD_ROUNDING * material.displacement.x, from = 0.0, before = 0.0;
-    vec3 rates = inverse(receiver.axes) * toward;
+// through a cell the height is a quadratic, which three of its values give; levels bend too, so where its highest point
+// would stand in the way, the field is asked there. Of more than FIELD_CELLS cells, as many pieces of one length. side: +1
+// where light arrives from above the surface. leaves: at least to where the way leaves the surface's levels.
+float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool leaves) {
+    vec3 moved = vec3(0.0), rates = inverse(receiver.axes) * toward;
+    ReceiverPlace place = receiver_after(receiver, moved);
     vec2 rate = height_size() * (receiver.uvs * rates.xy);
-    float crossings = reach * (abs(rate.x) + abs(rate.y));
-    float shortest = crossings > float(FIELD_CELLS) ? reach / float(FIELD_CELLS) : 0.0;
-    if (receiver.on_wall) {
-        before = side * field_over(receiver, receiver_place(receiver, vec3(0.0)));
+    float crossings = abs(rate.x) + abs(rate.y);
+    if (leaves) {
+        float rises = side * rates.z, most = float(FIELD_CELLS) / max(crossings, 1e-30);
+        float left = side * ((side > 0.0 ? material.displacement.w : material.displacement.z) - place.level);
+        reach = max(reach, rises * most > left ? left / rises : most);
     }
+    float shortest = crossings * reach > float(FIELD_CELLS) ? reach / float(FIELD_CELLS) : 0.0;
+    // What rounding lets the receiver itself lie under the field is no blocker.
+    float from = 0.0, before = side * field_over(receiver, place);
+    float least = FIELD_ROUNDING * material.displacement.x + (receiver.on_wall ? 0.0 : max(before, 0.0));
     // A crossing in each direction, the walls and the end come on top.
     for (int i = 0; i < FIELD_CELLS + 64 && from < reach; ++i) {
-        vec3 moved = receiver_moved(receiver, from * toward);
         rates = inverse(receiver_axes(receiver, moved)) * toward;
         rate = height_size() * (receiver.uvs * rates.xy);
-        ReceiverPlace place = receiver_after(receiver, moved);
 #ifdef RASTERISED
         int wall = 0;
-        float leaves = reach;
+        float exit = reach;
 #else
         vec3 weights = vec3(-rates.x - rates.y, rates.xy);
         vec3 until = mix(vec3(reach), from - place.lambda / min(weights, -1e-30), lessThan(weights, vec3(0.0)));
         int wall = wall_before(until);
-        float leaves = clamp(until[wall], from, reach);
+        float exit = clamp(until[wall], from, reach);
 #endif
         vec2 cell = height_size() * place.uv - 0.5;
         vec2 border = mix(ceil(cell - CROSSED) - 1.0, floor(cell + CROSSED) + 1.0, greaterThan(rate, vec2(0.0)));
         vec2 away = abs(border - cell) / max(abs(rate), vec2(1e-30));
-        float to = min(from + max(min(away.x, away.y), shortest), leaves);
+        float to = min(from + max(min(away.x, away.y), shortest), exit);
         float middle = side * field_over(receiver, receiver_place(receiver, 0.5 * (from + to) * toward));
-        place = receiver_place(receiver, to * toward);
-        float after = side * field_over(receiver, place);
+        moved = receiver_moved(receiver, to * toward);
+        place = receiver_after(receiver, moved);
+        float after = side * field_over(receiver, place), highest = after;
         float first = 4.0 * middle - 3.0 * before - after, second = 2.0 * (before + after) - 4.0 * middle;
-        bool inside = first > 0.0 && first < -2.0 * second;
-        if ((inside ? before - 0.25 * first * first / second : after) > least) {
-            return -1.0;
+        if (first > 0.0 && first < -2.0 * second && before - 0.25 * first * first / second > least) {
+            float at = mix(from, to, -0.5 * first / second);
+            highest = max(after, side * field_over(receiver, receiver_place(receiver, at * toward)));
+        }
+        if (highest > least) {
+            return tells(place.level) ? -1.0 : from;
         }
         from = to;
         before = after;
-        if (to == leaves && to < reach) {
+        if (to == exit && to < reach) {
             if (!receiver_crosses(receiver, wall, place.lambda, place.level)) {
                 return from;
             }
-            before = side * field_over(receiver, receiver_place(receiver, to * toward));
+            moved = receiver_moved(receiver, to * toward);
+            place = receiver_after(receiver, moved);
+            before = side * field_over(receiver, place);
             if (before > least) {
                 return -1.0;
             }

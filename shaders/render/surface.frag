@@ -151,6 +151,7 @@ void shade_point(Object object, SurfacePoint point) {
     height_uv = hit.uv;
 #ifdef MARCH_TRACES
     level = facing * hit.t;
+    geometric = normal - scale * height_gradient(height_uv, lod) * jacobian;
 #endif
 #ifdef SELF_SHADOW
     vec3 world = transform_point(object.world_x, object.world_y, object.world_z, position);
@@ -158,7 +159,8 @@ void shade_point(Object object, SurfacePoint point) {
         vec3 toward;
         light_arriving(lights[i], world, toward);
         vec3 toward_mesh = mat3(object.normal_x.xyz, object.normal_y.xyz, object.normal_z.xyz) * toward;
-        if (dot(toward_mesh, normal) <= 0.0) {
+        // What looks away from a light does not see it.
+        if (min(dot(toward_mesh, normal), dot(toward_mesh, geometric)) <= 0.0) {
             visibility.light[i] = 0.0;
             continue;
         }
@@ -166,7 +168,10 @@ void shade_point(Object object, SurfacePoint point) {
         toward_mesh = normalize(toward_mesh);
         float tilt = penumbra_tilt(material.shadow.x, dot(toward_mesh, normal));
         toward_mesh += tilt * normal;
-        penumbra = Penumbra(true, 2.0 * tilt / length(toward_mesh), material.shadow.y, 0.0, 1e30, 0.0, 1.0, vec3(0.0));
+        float spread = 2.0 * tilt / length(toward_mesh);
+        // The field's own plane hides what of the disc is below it, before the first step.
+        float least = clamp(dot(toward_mesh, geometric) / (2.0 * tilt), 0.0, 1.0);
+        penumbra = Penumbra(true, spread, material.shadow.y, 0.0, 1e30, 0.0, least, vec3(0.0));
 #endif
         PlaneRay way = plane_ray(height_uv, jacobian, toward_mesh, normal, 1e-3);
 #ifdef SHADOW_STEPS
@@ -181,10 +186,6 @@ void shade_point(Object object, SurfacePoint point) {
     float along = dot(direction, normal);
     position += direction * hit.t / (along < 0.0 ? min(along, -1e-3) : max(along, 1e-3));
 #endif
-#endif
-#ifdef MARCH_TRACES
-    vec2 gradient = scale * height_gradient(height_uv, lod);
-    geometric = normal - gradient * jacobian;
 #endif
     normal = normalize(normal - scale * shading_gradient(height_uv, lod) * jacobian);
     count_reads();

@@ -134,25 +134,25 @@ PlaneHit plane_trace(PlaneMarch march, PlaneRay ray) {
 }
 #endif
 
-// How much of the light along `ray` (from the base point toward the light) is seen from the hit: 1 or 0, or, while a
-// penumbra is open, what that says (shell/soft.glsl).
+// How much of the light along `ray` (from the base point toward the light) is seen from the field at the hit's
+// coordinates: 1 or 0, or, while a penumbra is open, what that says (shell/soft.glsl). Not from the hit: that lies beside
+// the field by what its march leaves, up to a step below it, where no light comes.
 float plane_lit(PlaneMarch march, PlaneHit hit, PlaneRay ray, int steps) {
-    float range = march.t1 - march.t0, top = march.t1;
+    float from = plane_level(march, hit.uv), top = march.t1;
 #ifdef SOFT_SHADOW
     // As high as what is below may hide something of the disc.
     float gain = ray.cosine - penumbra.spread;
-    top += min(penumbra.headroom, gain > 0.0 ? penumbra.spread * (march.t1 - hit.t) / gain : penumbra.headroom);
+    top += min(penumbra.headroom, gain > 0.0 ? penumbra.spread * (march.t1 - from) / gain : penumbra.headroom);
 #endif
-    // The hit itself is on the field only to the accuracy of its own march.
-    float clear = 0.5 * range / float(max(steps, 1) * (1 << min(march.refine_steps, 8))) + 1e-4 * range;
+    float rounding = 1e-4 * (march.t1 - march.t0);
     for (int i = 1; i <= steps; ++i) {
-        float t = mix(hit.t, top, float(i) / float(steps));
-        float level = plane_level(march, hit.uv + (t - hit.t) * ray.slope);
-        if (level > t + clear) {
+        float t = mix(from, top, float(i) / float(steps));
+        float level = plane_level(march, hit.uv + (t - from) * ray.slope);
+        if (level > t + rounding) {
             return 0.0;
         }
 #ifdef SOFT_SHADOW
-        penumbra_see(t + clear - level, (t - hit.t) / ray.cosine);
+        penumbra_see(t + rounding - level, (t - from) / ray.cosine);
 #endif
     }
 #ifdef SOFT_SHADOW
