@@ -20,6 +20,8 @@
 const int RECEIVER_HOPS = 32;
 // How far beyond the surface's levels a place is still told, as a part of their range.
 const float LEVEL_SLACK = 0.25;
+// And how far the way to the light is followed: what a texel aside is on the surface may be nearer to the light than that.
+const float WAY_SLACK = 1.0;
 // Most cells of the height map that are looked at one by one on the way to the light.
 const int FIELD_CELLS = 256;
 // Cells by which a border that was met may be missed.
@@ -87,10 +89,16 @@ float field_over(Receiver receiver, ReceiverPlace place) {
     return (height_at(place.uv, 0.0) - material.displacement.y) * receiver.scale - place.level;
 }
 
+// The surface's levels, and on either side this part of their range.
+vec2 levels_around(float part) {
+    vec2 range = material.displacement.zw;
+    return range + part * (range.y - range.x) * vec2(-1.0, 1.0);
+}
+
 // Whether the field is told at a place of this level.
 bool tells(float level) {
-    vec2 range = material.displacement.zw, slack = LEVEL_SLACK * (range.y - range.x) * vec2(-1.0, 1.0);
-    return level >= range.x + slack.x && level <= range.y + slack.y;
+    vec2 range = levels_around(LEVEL_SLACK);
+    return level >= range.x && level <= range.y;
 }
 
 // The wall across which a place with these weights lies, if it lies outside of the triangle.
@@ -205,8 +213,10 @@ float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool 
     // What rounding lets the receiver itself lie under the field is no blocker.
     float from = 0.0, before = side * field_over(receiver, place);
     float least = FIELD_ROUNDING * material.displacement.x + (receiver.on_wall ? 0.0 : max(before, 0.0));
+    vec2 range = levels_around(WAY_SLACK);
     // A crossing in each direction, the walls and the end come on top.
     for (int i = 0; i < FIELD_CELLS + 64 && from < reach; ++i) {
+        float level = place.level;
         rates = inverse(receiver_axes(receiver, moved)) * toward;
         rate = height_size() * (receiver.uvs * rates.xy);
 #ifdef RASTERISED
@@ -233,6 +243,11 @@ float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool 
         }
         if (highest > least) {
             return tells(place.level) ? -1.0 : from;
+        }
+        if (place.level < range.x || place.level > range.y) {
+            // What a map holds farther on is another surface.
+            float top = place.level > level ? range.y : range.x;
+            return mix(from, to, clamp((top - level) / (place.level - level), 0.0, 1.0));
         }
         from = to;
         before = after;
