@@ -427,9 +427,6 @@ fn errors_fall_with_the_texel() {
 /// Scenes in which one thing shades another, over heights of a map and of a function.
 const OTHERS: [&str; 2] = ["shadows", "procedural"];
 
-/// Cells of these that are missed: three pixels leak, at 512 texels and at 128, where the surface grazes the light.
-const KNOWN_MISSES: usize = 2;
-
 /// Every scene of the table of figures, and [`OTHERS`]; writes `tests/figures/shadow_map_DEVICE.md` and its picture.
 #[test]
 #[ignore = "takes minutes: tests/run figures"]
@@ -457,7 +454,5 @@ fn every_scene_by_its_map_alone() {
     fs::write(record::path(&format!("shadow_map_{name}.md")), text).expect("the table");
     sheet.save(record::path(&format!("shadow_map_{name}.png"))).expect("the picture");
     assert_eq!(rows.len(), 3 * names.len());
-    let of_others =
-        missed.iter().filter(|row| OTHERS.iter().any(|name| row.starts_with(&format!("| {name} ")))).count();
-    assert_eq!((missed.len() - of_others, of_others), (0, KNOWN_MISSES), "{}", missed.join("\n"));
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
 }

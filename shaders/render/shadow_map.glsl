@@ -18,7 +18,8 @@
 // the depth that the joint itself runs through over a texel, which grows without bound as the light grazes it. So the
 // receiver's own way to the light is then followed through the field (render/shadow_receiver.glsl) as far as that surface
 // reaches: a blocked way is dark whatever the texels say, and what lies beyond the end of what is known of it blocks. Where
-// a texel sees something nearer, an edge may run between the texels: the way is followed until it leaves the field.
+// a texel sees something nearer, an edge may run between the texels: the way is followed until it leaves the field. Where it
+// has left that by its own range, what a texel holds farther on is another surface, and blocks.
 #ifndef RENDER_SHADOW_MAP_GLSL
 #define RENDER_SHADOW_MAP_GLSL
 
@@ -39,9 +40,6 @@ const float SNAPPING = 0.0;
 // there.
 const float PLACE_ROUNDING = 1.0 / 4096.0;
 const float PLACE_SLACK = 1.0 / 16.0;
-
-// Farther than any light.
-const float BLOCKED = 1e30;
 
 float weighed(vec4 at, vec3 position) {
     return dot(abs(at.xyz), abs(position)) + abs(at.w);
@@ -84,8 +82,9 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
                       (1.0 - part.x) * (1.0 - part.y));
     // Of the buffer's value, per unit of the way to the light.
     float nearing = change * dot(axis, toward);
-    // How far the way to the light has to be known so that a texel counts, and how far it is followed.
-    vec4 needed = vec4(0.0);
+    // How far ahead a texel's surface lies, how far the way to the light has to be known so that it counts, and how far it is
+    // followed.
+    vec4 aheads, needed = vec4(0.0);
     float farthest = 0.0;
     bool nearer = false;
     for (int i = 0; i < 4; ++i) {
@@ -95,9 +94,10 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
         // In perspective the value is no affine function of the way.
         float bent = perspective ? (own - view.lens.x) / (stored[i] - view.lens.x) : 1.0;
         float ahead = bent * (stored[i] - own) / nearing;
+        aheads[i] = ahead;
         if (over > rounding) {
             nearer = true;
-            needed[i] = BLOCKED;
+            needed[i] = NEVER;
 #ifdef HAS_HEIGHT
             if (receiver.followed) {
                 vec3 moved = away.x * across + away.y * down;
@@ -114,19 +114,19 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
                                        || side * stands_over(there, place + slack, ignored) <= 0.0
                                           && side * stands_over(there, place - slack, ignored) >= 0.0);
                 }
-                needed[i] = passes ? ahead : BLOCKED;
+                needed[i] = passes ? ahead : NEVER;
             }
 #endif
         }
-        farthest = needed[i] < BLOCKED ? max(farthest, ahead) : farthest;
+        farthest = needed[i] < NEVER ? max(farthest, ahead) : farthest;
     }
-    float clear = farthest;
+    float clear = farthest, left = NEVER;
 #ifdef HAS_HEIGHT
-    if (receiver.followed && any(lessThan(needed, vec4(BLOCKED))) && (nearer || farthest > rounding / nearing)) {
-        clear = field_clear(receiver, toward, side, farthest, nearer);
+    if (receiver.followed && any(lessThan(needed, vec4(NEVER))) && (nearer || farthest > rounding / nearing)) {
+        clear = field_clear(receiver, toward, side, farthest, nearer, left);
     }
 #endif
-    return dot(share, vec4(lessThanEqual(needed, vec4(clear))));
+    return dot(share, vec4(lessThanEqual(needed, vec4(clear))) * vec4(lessThanEqual(aheads, vec4(left))));
 }
 
 // What the maps say of each light at a receiver, in `visibility`.

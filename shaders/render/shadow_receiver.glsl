@@ -20,7 +20,7 @@
 const int RECEIVER_HOPS = 32;
 // How far beyond the surface's levels a place is still told, as a part of their range.
 const float LEVEL_SLACK = 0.25;
-// And how far the way to the light is followed: what a texel aside is on the surface may be nearer to the light than that.
+// And how far the way to the light is followed: what is on the surface a texel aside may be nearer to the light than that.
 const float WAY_SLACK = 1.0;
 // Most cells of the height map that are looked at one by one on the way to the light.
 const int FIELD_CELLS = 256;
@@ -28,6 +28,8 @@ const int FIELD_CELLS = 256;
 const float CROSSED = 1e-3;
 // Of Newton's method, after the tangent's.
 const int RECEIVER_STEPS = 2;
+// Farther than any light.
+const float NEVER = 1e30;
 // What counts as blocked, of the height's scale: more than UVs' and the hit's rounding make of a height.
 const float FIELD_ROUNDING = 1.0 / 65536.0;
 
@@ -198,16 +200,18 @@ float stands_over(inout Receiver receiver, vec3 at, out bool known) {
 // stands in it. From prism to prism, cell by cell of the height map, until something is not known. On a straight way
 // through a cell the height is a quadratic, which three of its values give; levels bend too, so where its highest point
 // would stand in the way, the field is asked there. Of more than FIELD_CELLS cells, as many pieces of one length. side: +1
-// where light arrives from above the surface. leaves: at least to where the way leaves the surface's levels.
-float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool leaves) {
+// where light arrives from above the surface. leaves: at least to where the way leaves the surface's levels. left: where
+// it has left them so far that what lies beyond is another surface.
+float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool leaves, out float left) {
+    left = NEVER;
     vec3 moved = vec3(0.0), rates = inverse(receiver.axes) * toward;
     ReceiverPlace place = receiver_after(receiver, moved);
     vec2 rate = height_size() * (receiver.uvs * rates.xy);
     float crossings = abs(rate.x) + abs(rate.y);
     if (leaves) {
         float rises = side * rates.z, most = float(FIELD_CELLS) / max(crossings, 1e-30);
-        float left = side * ((side > 0.0 ? material.displacement.w : material.displacement.z) - place.level);
-        reach = max(reach, rises * most > left ? left / rises : most);
+        float room = side * ((side > 0.0 ? material.displacement.w : material.displacement.z) - place.level);
+        reach = max(reach, rises * most > room ? room / rises : most);
     }
     float shortest = crossings * reach > float(FIELD_CELLS) ? reach / float(FIELD_CELLS) : 0.0;
     // What rounding lets the receiver itself lie under the field is no blocker.
@@ -245,9 +249,9 @@ float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool 
             return tells(place.level) ? -1.0 : from;
         }
         if (place.level < range.x || place.level > range.y) {
-            // What a map holds farther on is another surface.
             float top = place.level > level ? range.y : range.x;
-            return mix(from, to, clamp((top - level) / (place.level - level), 0.0, 1.0));
+            left = mix(from, to, clamp((top - level) / (place.level - level), 0.0, 1.0));
+            return left;
         }
         from = to;
         before = after;
