@@ -123,7 +123,9 @@ float map_lit(ShadowView view, vec2 at, float w, Surface surface, vec3 toward, R
     float clear = farthest, left = NEVER;
 #ifdef HAS_HEIGHT
     if (receiver.followed && any(lessThan(needed, vec4(NEVER))) && (nearer || farthest > rounding / nearing)) {
-        clear = field_clear(receiver, toward, side, farthest, nearer, left);
+        // Seen from the light, the surface within a texel or two is no farther than that beyond the levels of the way.
+        float texel = w / min(length(view.x.xyz), length(view.y.xyz));
+        clear = field_clear(receiver, toward, side, farthest, nearer, 2.0 * texel / length(lift), left);
     }
 #endif
     return dot(share, vec4(lessThanEqual(needed, vec4(clear))) * vec4(lessThanEqual(aheads, vec4(left))));

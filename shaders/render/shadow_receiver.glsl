@@ -20,7 +20,7 @@
 const int RECEIVER_HOPS = 32;
 // How far beyond the surface's levels a place is still told, as a part of their range.
 const float LEVEL_SLACK = 0.25;
-// And how far the way to the light is followed: what is on the surface a texel aside may be nearer to the light than that.
+// And how far the way to the light is followed.
 const float WAY_SLACK = 1.0;
 // Most cells of the height map that are looked at one by one on the way to the light.
 const int FIELD_CELLS = 256;
@@ -201,8 +201,8 @@ float stands_over(inout Receiver receiver, vec3 at, out bool known) {
 // through a cell the height is a quadratic, which three of its values give; levels bend too, so where its highest point
 // would stand in the way, the field is asked there. Of more than FIELD_CELLS cells, as many pieces of one length. side: +1
 // where light arrives from above the surface. leaves: at least to where the way leaves the surface's levels. left: where
-// it has left them so far that what lies beyond is another surface.
-float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool leaves, out float left) {
+// it has left them so far, and by `aside` besides, that what lies beyond is another surface.
+float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool leaves, float aside, out float left) {
     left = NEVER;
     vec3 moved = vec3(0.0), rates = inverse(receiver.axes) * toward;
     ReceiverPlace place = receiver_after(receiver, moved);
@@ -217,7 +217,7 @@ float field_clear(Receiver receiver, vec3 toward, float side, float reach, bool 
     // What rounding lets the receiver itself lie under the field is no blocker.
     float from = 0.0, before = side * field_over(receiver, place);
     float least = FIELD_ROUNDING * material.displacement.x + (receiver.on_wall ? 0.0 : max(before, 0.0));
-    vec2 range = levels_around(WAY_SLACK);
+    vec2 range = levels_around(WAY_SLACK) + aside * vec2(-1.0, 1.0);
     // A crossing in each direction, the walls and the end come on top.
     for (int i = 0; i < FIELD_CELLS + 64 && from < reach; ++i) {
         float level = place.level;
