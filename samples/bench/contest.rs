@@ -6,7 +6,7 @@ use prism_engine::{
     aov::Aov,
     error::Result,
     measure::Metrics,
-    render::baseline::MAX_DENSITY,
+    render::{self, baseline::MAX_DENSITY},
     scene::Scene,
     settings::{Baseline, Culling, Dicer, Settings},
     shell::reference::{Reference, Shadows},
@@ -136,34 +136,37 @@ impl<'a> Judge<'a> {
         let widest = errors.iter().copied().fold(0.0, f64::max);
         let within = |judged: &&Judged, error: f64| judged.metrics.depth_p99 <= error;
         let able: Vec<&Judged> = settings.iter().filter(|judged| within(judged, widest)).collect();
-        let mut heats = Rounds::default();
-        for judged in &able {
-            heats.add(device, &judged.variant.name, self.scene, &judged.variant.settings, &self.view)?;
-        }
-        heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
+        let times = self.heats(device, &able, rounds)?;
         let fastest = |error: &f64| {
-            let able = able.iter().enumerate().filter(|(_, judged)| within(judged, *error));
-            let time = |i: usize| heats.timing(i).least();
-            able.min_by(|a, b| time(a.0).total_cmp(&time(b.0))).map(|(_, judged)| (*judged).clone())
+            let able = able.iter().zip(&times).filter(|(judged, _)| within(judged, *error));
+            able.min_by(|a, b| a.1.total_cmp(b.1)).map(|(judged, _)| (*judged).clone())
         };
         Ok(errors.iter().map(fastest).collect())
     }
 
+    /// The least time of each setting, all in turns.
+    fn heats(&self, device: &mut Device, settings: &[&Judged], rounds: u32) -> Result<Vec<f64>> {
+        let mut heats = Rounds::default();
+        for Judged { variant, .. } in settings {
+            heats.add(device, &variant.name, self.scene, &variant.settings, &self.view)?;
+        }
+        heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
+        Ok((0..settings.len()).map(|place| heats.timing(place).least()).collect())
+    }
+
     /// A setting by the stage that is faster, of those that leave its error what it is.
     pub fn by_stage(&self, device: &mut Device, judged: Judged, rounds: u32) -> Result<Judged> {
-        let (mut able, mut heats) = (Vec::new(), Rounds::default());
-        for stage in device.stages() {
+        let mut able = Vec::new();
+        for stage in render::shell_stages(&device.ctx) {
             let variant = variants::by_stage(&judged.variant, stage);
             let metrics = self.metrics(device, &variant.settings)?;
             if metrics.depth_p99 <= judged.metrics.depth_p99 {
-                heats.add(device, &variant.name, self.scene, &variant.settings, &self.view)?;
                 able.push(Judged { variant, metrics });
             }
         }
-        heats.run(device, rounds.min(MAX_HEATS), |_| {})?;
-        let places = 0..able.len();
-        let fastest = places.min_by(|a, b| heats.timing(*a).least().total_cmp(&heats.timing(*b).least()));
-        Ok(fastest.map_or(judged, |place| able.swap_remove(place)))
+        let times = self.heats(device, &able.iter().collect::<Vec<_>>(), rounds)?;
+        let fastest = able.into_iter().zip(times).min_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(fastest.map_or(judged, |(fastest, _)| fastest))
     }
 }
 

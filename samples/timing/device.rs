@@ -8,7 +8,7 @@ use prism_engine::{
     gpu::{Context, ContextDesc, Feature, Frames, PassTimers, ShaderCompiler},
     render::{self, Output, Pipelines, Renderer},
     scene::{Camera, Scene},
-    settings::{Dicer, Settings, Stage},
+    settings::{Dicer, Settings},
 };
 
 use crate::app::{cli::DeviceArgs, offscreen, offscreen::Offscreen, picture::Picture};
@@ -96,12 +96,6 @@ impl Device {
     pub fn dicers(&self) -> Vec<Dicer> {
         let has = |by: &Dicer| render::dicer_features(*by).iter().all(|feature| self.ctx.has(*feature));
         Dicer::ALL.iter().copied().filter(has).collect()
-    }
-
-    /// The stages that can make a shell here.
-    pub fn stages(&self) -> Vec<Stage> {
-        let stages = [(Stage::Mesh, Feature::MeshShader), (Stage::Geometry, Feature::GeometryShader)];
-        stages.into_iter().filter(|(_, feature)| self.ctx.has(*feature)).map(|(stage, _)| stage).collect()
     }
 
     /// A renderer for timing: it writes the picture and nothing else.

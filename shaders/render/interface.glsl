@@ -13,7 +13,7 @@
 #endif
 
 layout(std140, set = 0, binding = 0) uniform FrameBlock { Frame frame; };
-// What every lane reads alike is uniform also where the compiler cannot tell: lavapipe reads storage lane by lane.
+// What all lanes read alike lies in uniform buffers: lavapipe reads storage lane by lane.
 layout(std140, set = 0, binding = 1) uniform ObjectBlock { Object drawn; };
 #if defined(STORED_LIGHTS)
 layout(std430, set = 0, binding = 2) readonly buffer LightBlock { Light lights[]; };

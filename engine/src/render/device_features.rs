@@ -1,7 +1,7 @@
 //! The device features that a scene needs.
 
 use super::plan;
-use crate::gpu::Feature;
+use crate::gpu::{Context, Feature};
 use crate::scene::Scene;
 use crate::settings::{Dicer, Settings, Stage, View};
 
@@ -52,6 +52,12 @@ pub fn features(scene: &Scene, settings: &Settings, interactive: bool) -> Featur
         features.required.extend_from_slice(dicer_features(by));
     }
     features
+}
+
+/// The stages that can make a shell on a device, of the features that it was made with.
+pub fn shell_stages(ctx: &Context) -> Vec<Stage> {
+    let stages = [(Stage::Mesh, Feature::MeshShader), (Stage::Geometry, Feature::GeometryShader)];
+    stages.into_iter().filter(|(_, feature)| ctx.has(*feature)).map(|(stage, _)| stage).collect()
 }
 
 /// What a baseline that dices needs of the device.

@@ -41,7 +41,7 @@ use self::baseline::{Diced, Drawable};
 use self::culling::Culled;
 use self::deform::{Deformer, Pose};
 use self::depth_tiles::TilePass;
-pub use self::device_features::{Features, dicer_features, features};
+pub use self::device_features::{Features, dicer_features, features, shell_stages};
 use self::pipelines::{variant_pipeline, variant_shaders};
 use self::plan::{Draw, Plan};
 use self::resolve::Resolve;

@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use prism_engine::{
     error::Result,
-    gpu::Feature,
-    render::plan,
-    settings::{Settings, Shell, Stage, View},
+    render::{self, plan},
+    settings::{Settings, Shell, View},
 };
 
 use super::{
@@ -26,7 +25,7 @@ impl Shown<'_> {
                 self.panel.toggle();
                 self.drawing.measure(self.measures())?;
             }
-            Wish::Stage => self.switch(switch::with_next_stage(&settings, &self.stages())),
+            Wish::Stage => self.switch(switch::with_next_stage(&settings, &render::shell_stages(&self.ctx))),
             Wish::Shell => self.switch(switch::with_shell(&settings, self.other_shell(&settings))),
             Wish::March => {
                 let scene = &self.drawing.loaded().scene;
@@ -82,11 +81,6 @@ impl Shown<'_> {
 
     fn height(&self) -> f64 {
         f64::from(self.size[1].max(1))
-    }
-
-    fn stages(&self) -> Vec<Stage> {
-        let stages = [(Stage::Mesh, Feature::MeshShader), (Stage::Geometry, Feature::GeometryShader)];
-        stages.into_iter().filter(|(_, feature)| self.ctx.has(*feature)).map(|(stage, _)| stage).collect()
     }
 
     fn other_shell(&self, settings: &Settings) -> Shell {
